@@ -1,0 +1,47 @@
+# `make demo` and `make test` set up everything they need in .venv; see `make help`.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+# .venv brings its own ROS 2 wheels. A ROS 2 that is sourced in this shell must neither shadow them
+# nor be shadowed, and a process that already loaded such wheels passes on a path to its own.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
+ifdef AMENT_PREFIX_PATH
+$(info ROS 2 is sourced in this shell: $(VENV) has its own and ignores it. For your workspace use colcon, see README.md.)
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH
+unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
+endif
+
+.PHONY: help demo test clean
+
+help:
+	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
+	@echo 'make test    set up $(VENV) and run ruff, mypy and pytest'
+	@echo 'make clean   remove $(VENV), build products and caches'
+	@echo 'Another Python (3.10 to 3.13): make demo PYTHON=python3.12'
+
+demo: $(VENV)/.installed
+	$(BIN)/hma_gripper demo
+
+test: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest
+
+# Editable, so that both are set up anew only when a file changes that says what to install.
+$(VENV)/.installed: EXTRAS := ros
+$(VENV)/.installed-test: EXTRAS := ros,test
+$(VENV)/.installed $(VENV)/.installed-test: setup.py setup.cfg pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || { \
+	  echo 'Python 3.10 to 3.13 is needed ($(PYTHON) is not): make $(MAKECMDGOALS) PYTHON=...' >&2; \
+	  exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	@echo 'Installing into $(VENV): one to three minutes the first time.'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist install log *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
