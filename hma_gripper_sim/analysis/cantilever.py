@@ -1,0 +1,70 @@
+"""The thesis' cantilever under an end load, for chains of any number of GBEs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hma_gripper_sim.discretisation import DISCRETISATIONS, cantilever
+from hma_gripper_sim.kernels.chain import chain_work, tip_response
+from hma_gripper_sim.kernels.static import solve_dead_load
+from hma_gripper_sim.outcome import Outcome, SimulationError
+from hma_gripper_sim.quantities import choice, quantity, whole_number
+
+LENGTH = 0.030  # m
+SECOND_MOMENT_OF_AREA = 22e-12  # m^4
+YOUNGS_MODULUS = 8.9e6  # Pa
+FORCE = 0.05  # N
+
+
+def cantilever_deflection(
+    n: int,
+    discretisation: str = "thesis",
+    *,
+    length: float = LENGTH,
+    bending_stiffness: float = YOUNGS_MODULUS * SECOND_MOMENT_OF_AREA,
+    force: float = FORCE,
+) -> float:
+    """Static tip deflection of a clamped weightless beam of `n` GBEs (thesis Table 2.1) [m].
+
+    The chain is solved geometrically exactly; the load keeps its direction.
+
+    Parameters
+    ----------
+    n
+        Number of GBEs; in the ``thesis`` discretisation the first is welded to the clamp.
+    discretisation
+        ``thesis`` or ``midpoint``.
+    length
+        [m]
+    bending_stiffness
+        E I [N m^2].
+    force
+        End load across the undeformed beam [N].
+
+    Raises
+    ------
+    InputError
+        An argument is out of range.
+    SimulationError
+        No equilibrium was found: the load is far beyond what bends such a beam once.
+    """
+    choice(discretisation, DISCRETISATIONS, field="discretisation", source="cantilever_deflection")
+    minimum = 2 if discretisation == "thesis" else 1
+    count = whole_number(n, field="n", source="cantilever_deflection", minimum=minimum)
+    length, bending_stiffness = (
+        quantity(
+            value, unit, field=name, source="cantilever_deflection", minimum=0.0, exclusive=True
+        )
+        for name, value, unit in (
+            ("length", length, "m"),
+            ("bending_stiffness", bending_stiffness, "N*m^2"),
+        )
+    )
+    force = quantity(force, "N", field="force", source="cantilever_deflection")
+    chain = cantilever(length, count, bending_stiffness, discretisation)
+    q = np.zeros(count if discretisation == "midpoint" else count - 1)
+    if not solve_dead_load(
+        chain, np.array([0.0, -force]), np.zeros(3), q, chain_work(len(q)), tip_response()
+    ):
+        raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
+    return -float(np.sin(np.cumsum(q)) @ chain.link[:, 0])

@@ -1,0 +1,31 @@
+"""The exceptions this package raises for what a user can put right."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """A value from outside that cannot be used.
+
+    Its text is ``source: field: reason``: the file (or call), the field in it, and what is
+    wrong, with the remedy where there is one.
+
+    Parameters
+    ----------
+    reason
+        What is wrong, in one line.
+    field
+        Dotted name of the offending field, such as ``contour.width``.
+    source
+        Where the value came from: a path, a topic, a class name.
+    """
+
+    def __init__(self, reason: str, *, field: str | None = None, source: str | None = None) -> None:
+        self.reason = reason
+        self.field = field
+        self.source = source
+        super().__init__(": ".join(part for part in (source, field, reason) if part))
+
+    def within(self, *, source: str | None = None, field_prefix: str | None = None) -> InputError:
+        """Return the same error, seen from the enclosing file or section."""
+        field = ".".join(part for part in (field_prefix, self.field) if part) or None
+        return InputError(self.reason, field=field, source=source or self.source)

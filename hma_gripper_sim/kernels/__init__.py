@@ -1,0 +1,1 @@
+"""Compiled arithmetic: plain functions on arrays and named tuples, no classes, no I/O."""

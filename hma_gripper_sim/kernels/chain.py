@@ -1,0 +1,254 @@
+"""One half of the gripper as a planar chain: implicit articulated-body sweeps, O(n).
+
+An implicit stage asks for joint angles `q` that balance every joint, with velocities and
+accelerations tied to them by ``v = s (q - q0)`` and ``a = s (v - v0)`` (`s` in 1/s; ``s = 0``
+is statics).  One Newton iteration is a sweep from the tip to the base that carries the
+loads of the subtree and their 3x3 tangent and eliminates one joint angle at a time, and a
+sweep back for the increments.  The contact wrench on the tip is left open: the inward sweep
+takes an estimate of it (whose line of thrust stiffens or softens the chain) and also returns
+how the tip answers to a change of it, so that contact is a problem in three unknowns
+(`kernels.contact`).
+
+The tangent leaves out the change of Coriolis terms (relative size: rotation during one
+stage), so Newton converges linearly there with that small factor, and to the exact balance.
+Vectors are (x, z); angles are counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.compiled import kernel
+
+Array = NDArray[np.float64]
+
+
+class Chain(NamedTuple):
+    """A planar chain of rigid bodies, ordered from the base to the tip."""
+
+    root: Array  # first joint, in the base frame [m], shape (2,)
+    link: Array  # from a body's joint to the next one, body frame [m], shape (n, 2)
+    centre: Array  # from a body's joint to its centre of gravity, body frame [m], shape (n, 2)
+    rest: Array  # stress-free relative angle [rad], shape (n,)
+    mass: Array  # [kg], shape (n,)
+    inertia: Array  # about the centre of gravity [kg m^2], shape (n,)
+    stiffness: Array  # [N m/rad], shape (n,)
+    damping: Array  # [N m s/rad], shape (n,)
+
+
+class ChainWork(NamedTuple):
+    """What the two sweeps of one Newton iteration leave for each other."""
+
+    step: Array  # from a body's joint to the next one, world frame, shape (n, 2)
+    arm: Array  # from a body's joint to its centre of gravity, world frame, shape (n, 2)
+    load: Array  # gravity and inertia at the centre of gravity: fx, fz, moment; shape (n, 3)
+    coupling: Array  # tangent row of the joint moment, shape (n, 3)
+    pivot: Array  # tangent of the joint moment to its own angle, shape (n,)
+    imbalance: Array  # joint moment still to be balanced, shape (n,)
+    lever: Array  # joint moment from unit wrenches on the tip, shape (n, 3)
+
+
+class TipResponse(NamedTuple):
+    """Where the tip is, and how the linearised chain lets it move."""
+
+    pose: Array  # x, z of the last joint and the last body's angle, shape (3,)
+    twist: Array  # their rates, shape (3,)
+    wrench: Array  # estimated contact wrench about the last joint: fx, fz, m; shape (3,)
+    free: Array  # increment of the pose under the estimated wrench, shape (3,)
+    compliance: Array  # increment for unit changes of the wrench, shape (3, 3)
+    root_force: Array  # linearised vertical load on the base: [0], and per unit change [1:4]
+
+
+def chain_work(n: int) -> ChainWork:
+    """Allocate the buffers for a chain of `n` joints."""
+    return ChainWork(
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
+        np.zeros((n, 3)),
+        np.zeros((n, 3)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, 3)),
+    )
+
+
+def tip_response() -> TipResponse:
+    """Allocate the buffers of a tip."""
+    return TipResponse(
+        np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros((3, 3)), np.zeros(4)
+    )
+
+
+@kernel
+def place(
+    chain: Chain, base: Array, gravity: float, q: Array, v: Array, a: Array, work: ChainWork, tip: TipResponse
+) -> None:
+    """Outward sweep: place the bodies and load them with gravity and inertia.
+
+    `base` holds height, vertical velocity and vertical acceleration of the base.
+    """
+    n = q.size
+    angle, omega, alpha = 0.0, 0.0, 0.0
+    x, z = chain.root[0], base[0] + chain.root[1]
+    vx, vz = 0.0, base[1]
+    ax, az = 0.0, base[2]
+    for i in range(n):
+        angle += chain.rest[i] + q[i]
+        omega += v[i]
+        alpha += a[i]
+        cos, sin = np.cos(angle), np.sin(angle)
+        cx = cos * chain.centre[i, 0] - sin * chain.centre[i, 1]
+        cz = sin * chain.centre[i, 0] + cos * chain.centre[i, 1]
+        work.arm[i, 0] = cx
+        work.arm[i, 1] = cz
+        mass = chain.mass[i]
+        work.load[i, 0] = -mass * (ax - alpha * cz - omega * omega * cx)
+        work.load[i, 1] = -mass * (az + alpha * cx - omega * omega * cz + gravity)
+        work.load[i, 2] = -chain.inertia[i] * alpha
+        if i == n - 1:
+            break
+        rx = cos * chain.link[i, 0] - sin * chain.link[i, 1]
+        rz = sin * chain.link[i, 0] + cos * chain.link[i, 1]
+        work.step[i, 0] = rx
+        work.step[i, 1] = rz
+        x += rx
+        z += rz
+        vx -= omega * rz
+        vz += omega * rx
+        ax += -alpha * rz - omega * omega * rx
+        az += alpha * rx - omega * omega * rz
+    tip.pose[0] = x
+    tip.pose[1] = z
+    tip.pose[2] = angle
+    tip.twist[0] = vx
+    tip.twist[1] = vz
+    tip.twist[2] = omega
+
+
+@kernel
+def eliminate(chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse) -> bool:
+    """Inward sweep: eliminate the joints from the tip to the base.
+
+    Returns False when a pivot is not positive: the linearised chain is unstable (buckling
+    faster than the stage can follow) and its solution would mean nothing.
+    """
+    n = q.size
+    inertial = s * s
+    # Wrench (fx, fz, m) of the subtree about its joint and minus its tangent, symmetric.
+    fx, fz, m = tip.wrench[0], tip.wrench[1], tip.wrench[2]
+    kxx, kxz, kzz, kxt, kzt, ktt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # The same for unit wrenches on the tip: columns x, z, moment.
+    xx, xz, xm = 1.0, 0.0, 0.0
+    zx, zz, zm = 0.0, 1.0, 0.0
+    mx, mz, mm = 0.0, 0.0, 1.0
+    for j in range(3):
+        tip.free[j] = 0.0
+    cxx, cxz, czz, cxt, czt, ctt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n - 1, -1, -1):
+        if i < n - 1:  # carry everything from joint i + 1 to joint i
+            rx, rz = work.step[i, 0], work.step[i, 1]
+            ktt += 2.0 * (rx * kzt - rz * kxt) + rz * rz * kxx - 2.0 * rx * rz * kxz + rx * rx * kzz
+            ktt += rx * fx + rz * fz
+            kxt += rx * kxz - rz * kxx
+            kzt += rx * kzz - rz * kxz
+            m += rx * fz - rz * fx
+            xm += rx * xz - rz * xx
+            zm += rx * zz - rz * zx
+            mm += rx * mz - rz * mx
+        cx, cz = work.arm[i, 0], work.arm[i, 1]
+        gx, gz = work.load[i, 0], work.load[i, 1]
+        heavy = chain.mass[i] * inertial
+        fx += gx
+        fz += gz
+        m += cx * gz - cz * gx + work.load[i, 2]
+        kxx += heavy
+        kzz += heavy
+        kxt -= heavy * cz
+        kzt += heavy * cx
+        ktt += heavy * (cx * cx + cz * cz) + chain.inertia[i] * inertial + cx * gx + cz * gz
+
+        pivot = ktt + chain.stiffness[i] + chain.damping[i] * s
+        if not pivot > 0.0:
+            return False
+        imbalance = m - chain.stiffness[i] * q[i] - chain.damping[i] * v[i]
+        work.pivot[i] = pivot
+        work.imbalance[i] = imbalance
+        work.coupling[i, 0] = kxt
+        work.coupling[i, 1] = kzt
+        work.coupling[i, 2] = ktt
+        work.lever[i, 0] = xm
+        work.lever[i, 1] = zm
+        work.lever[i, 2] = mm
+
+        inverse = 1.0 / pivot
+        tip.free[0] += xm * imbalance * inverse
+        tip.free[1] += zm * imbalance * inverse
+        tip.free[2] += mm * imbalance * inverse
+        cxx += xm * xm * inverse
+        cxz += xm * zm * inverse
+        czz += zm * zm * inverse
+        cxt += xm * mm * inverse
+        czt += zm * mm * inverse
+        ctt += mm * mm * inverse
+
+        ux, uz, ut = kxt * inverse, kzt * inverse, ktt * inverse
+        fx -= ux * imbalance
+        fz -= uz * imbalance
+        m -= ut * imbalance
+        xx -= ux * xm
+        xz -= uz * xm
+        xm -= ut * xm
+        zx -= ux * zm
+        zz -= uz * zm
+        zm -= ut * zm
+        mx -= ux * mm
+        mz -= uz * mm
+        mm -= ut * mm
+        kxx -= ux * kxt
+        kxz -= ux * kzt
+        kzz -= uz * kzt
+        kxt -= ux * ktt
+        kzt -= uz * ktt
+        ktt -= ut * ktt
+    tip.compliance[0, 0] = cxx
+    tip.compliance[0, 1] = cxz
+    tip.compliance[0, 2] = cxt
+    tip.compliance[1, 0] = cxz
+    tip.compliance[1, 1] = czz
+    tip.compliance[1, 2] = czt
+    tip.compliance[2, 0] = cxt
+    tip.compliance[2, 1] = czt
+    tip.compliance[2, 2] = ctt
+    tip.root_force[0] = fz
+    tip.root_force[1] = xz
+    tip.root_force[2] = zz
+    tip.root_force[3] = mz
+    return True
+
+
+@kernel
+def substitute(work: ChainWork, change: Array, dq: Array) -> float:
+    """Outward sweep: joint increments `dq` for a `change` of the contact wrench on the tip.
+
+    Returns the largest rotation of any body [rad].
+    """
+    dx, dz, turn, largest = 0.0, 0.0, 0.0, 0.0
+    for i in range(dq.size):
+        moment = (
+            work.imbalance[i]
+            + work.lever[i, 0] * change[0]
+            + work.lever[i, 1] * change[1]
+            + work.lever[i, 2] * change[2]
+            - work.coupling[i, 0] * dx
+            - work.coupling[i, 1] * dz
+            - work.coupling[i, 2] * turn
+        )
+        dq[i] = moment / work.pivot[i]
+        turn += dq[i]
+        largest = max(largest, abs(turn))
+        dx -= work.step[i, 1] * turn
+        dz += work.step[i, 0] * turn
+    return largest

@@ -1,0 +1,46 @@
+"""The one place that decides how kernels run: compiled by numba, or as plain Python."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+try:
+    import numba
+except ImportError:
+    COMPILED = False
+    warnings.warn(
+        "numba is not installed: the simulation runs as plain Python, about 100 times slower; "
+        "`pip install numba` compiles it",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+else:
+    COMPILED = not numba.config.DISABLE_JIT
+
+
+def _drop_stale_machine_code() -> None:
+    """Delete cached machine code older than any kernel.
+
+    numba compares a cached function with its own source file only, not with the kernels that
+    it calls.
+    """
+    folder = Path(__file__).parent
+    newest = max(source.stat().st_mtime for source in folder.glob("*.py"))
+    for index in folder.glob("__pycache__/*.nbi"):
+        if index.stat().st_mtime < newest:
+            index.unlink(missing_ok=True)
+
+
+_drop_stale_machine_code()
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile `function` on its first call and keep the machine code on disk."""
+    if not COMPILED:
+        return function
+    return cast(Kernel, numba.njit(cache=True, error_model="numpy")(function))

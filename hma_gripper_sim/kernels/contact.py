@@ -1,0 +1,584 @@
+"""Contact of the rigid tip with a rigid convex object: a problem in three unknowns.
+
+The object is a convex polygon (its core; a circle's is one vertex) rounded by a radius.  The
+tip touches it either with a capsule (one closest-point query) or with the sampled points of
+the thesis' Parameters.m.  `solve_contact` finds the wrench for which the contact law and the
+linearised chain agree: Newton's method on the pose of the tip, with a mode for each contact
+(open, grazing or closed; sticking or sliding either way) that is revised in every iteration.
+
+Law (thesis 4.3): ``F_N = max(0, -k n - b n')`` for ``n <= 0`` and Coulomb friction, either
+set-valued (a stick force is a multiplier that holds the slip at zero) or regularised with a
+slip velocity.  Where a flat face meets the capsule's flank, the force acts at the centre of
+pressure that a bed of springs would have.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.chain import TipResponse
+from hma_gripper_sim.kernels.compiled import kernel
+
+Array = NDArray[np.float64]
+Modes = NDArray[np.int64]
+
+OPEN, GRAZING, CLOSED = 0, 1, 2
+STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along the tangent
+
+GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
+STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
+STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
+FORCE_ACCURACY = 1e-10  # N
+POSITION_NOISE = 1e-16  # m; rounding of a gap
+LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
+MAX_ITERATIONS = 60
+BLOCK_ITERATIONS = 20  # after these only one contact changes its mode at a time
+
+
+class Obstacle(NamedTuple):
+    """A rigid convex object in world coordinates."""
+
+    vertices: Array  # core polygon, counter-clockwise [m], shape (m, 2)
+    normals: Array  # outward normal of the edge that starts at each vertex, shape (m, 2)
+    centre: Array  # a point inside, shape (2,)
+    radius: float  # rounding of the core [m]
+
+
+class Fingertip(NamedTuple):
+    """What of the tip can touch, in the frame of the last body."""
+
+    points: Array  # capsule: two ends of its axis; sampled: contact points [m], shape (k, 2)
+    normals: Array  # outward unit normals of sampled points, shape (k, 2)
+    radius: float  # of the capsule; 0 for sampled points [m]
+    capsule: bool
+    along_tip_normal: bool  # sampled points push along their own normal, not the object's
+
+
+class ContactLaw(NamedTuple):
+    """Penalty contact with Coulomb friction."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    friction: float
+    slip_velocity: float  # m/s; 0: set-valued friction
+
+
+class ContactModes(NamedTuple):
+    """What each contact candidate does; part of the state of a half."""
+
+    normal: Modes  # OPEN, GRAZING or CLOSED, shape (k,)
+    friction: Modes  # STICK, SLIP_LEFT or SLIP_RIGHT, shape (k,)
+    stick_force: Array  # friction force of a sticking contact [N], shape (k,)
+
+
+class ContactWork(NamedTuple):
+    """Contact forces, their sum and its tangent; one row per contact candidate."""
+
+    modes: ContactModes
+    normal_force: Array  # [N], shape (k,)
+    friction_force: Array  # along the tangent, 90 degrees left of the normal [N], shape (k,)
+    place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
+    direction: Array  # of the normal force on the tip, shape (k, 2)
+    wrench: Array  # on the tip about the last joint: fx, fz, m; shape (3,)
+    tangent: Array  # of the wrench to the pose, shape (3, 3)
+    row: Array  # scratch: differentials of normal and friction force, shape (2, 3)
+    pose: Array  # scratch: trial pose, shape (3,)
+    increment: Array  # scratch: trial increment of the pose, shape (3,)
+    residual: Array  # scratch: what it lacks to the chain's answer, shape (3,)
+    correction: Array  # scratch, shape (3,)
+    matrix: Array  # scratch, shape (3, 3)
+
+
+def contact_modes(candidates: int) -> ContactModes:
+    """All contacts open."""
+    return ContactModes(
+        np.zeros(candidates, dtype=np.int64),
+        np.zeros(candidates, dtype=np.int64),
+        np.zeros(candidates),
+    )
+
+
+def contact_work(fingertip: Fingertip) -> ContactWork:
+    """Allocate the buffers for a fingertip."""
+    k = 1 if fingertip.capsule else len(fingertip.points)
+    return ContactWork(
+        contact_modes(k),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros((k, 2)),
+        np.zeros((k, 2)),
+        np.zeros(3),
+        np.zeros((3, 3)),
+        np.zeros((2, 3)),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros((3, 3)),
+    )
+
+
+@kernel
+def copy_modes(source: ContactModes, target: ContactModes) -> None:
+    """Copy all modes."""
+    for k in range(source.normal.size):
+        target.normal[k] = source.normal[k]
+        target.friction[k] = source.friction[k]
+        target.stick_force[k] = source.stick_force[k]
+
+
+@kernel
+def point_distance(obstacle: Obstacle, x: float, z: float) -> tuple[float, float, float, float]:
+    """Signed distance of a point to the core, outward direction, curvature of the level set."""
+    vertices, normals = obstacle.vertices, obstacle.normals
+    m = vertices.shape[0]
+    if m > 1:
+        face, depth = 0, -np.inf
+        for i in range(m):
+            d = normals[i, 0] * (x - vertices[i, 0]) + normals[i, 1] * (z - vertices[i, 1])
+            if d > depth:
+                face, depth = i, d
+        if depth <= 0.0:
+            return depth, normals[face, 0], normals[face, 1], 0.0
+    corner, closest = 0, np.inf
+    for i in range(m):
+        dx, dz = x - vertices[i, 0], z - vertices[i, 1]
+        square = dx * dx + dz * dz
+        if square < closest:
+            corner, closest = i, square
+        if m > 1:
+            nx, nz = normals[i, 0], normals[i, 1]
+            d = nx * dx + nz * dz
+            if d > 0.0:
+                j = i + 1 if i + 1 < m else 0
+                along = nx * dz - nz * dx
+                length = nx * (vertices[j, 1] - vertices[i, 1]) - nz * (
+                    vertices[j, 0] - vertices[i, 0]
+                )
+                if 0.0 <= along <= length:
+                    return d, nx, nz, 0.0
+    d = np.sqrt(closest)
+    if d == 0.0:
+        return 0.0, 0.0, 1.0, 0.0
+    return d, (x - vertices[corner, 0]) / d, (z - vertices[corner, 1]) / d, 1.0 / d
+
+
+@kernel
+def segment_distance(
+    obstacle: Obstacle, ax: float, az: float, bx: float, bz: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Signed distance of a segment to the core.
+
+    Returns
+    -------
+    distance, x, z
+        Distance [m] and outward direction.
+    along
+        Position of the closest point on the segment, in [0, 1].
+    curvature
+        Of the object there [1/m]; negative: a vertex of the object meets the inside of the
+        segment, whose direction counts.
+    flat, slope
+        Length of the segment, from the closest point (negative: towards its start), that
+        faces a flat face of the object [m], and the slope at which the two part there.
+    """
+    vertices, normals = obstacle.vertices, obstacle.normals
+    m = vertices.shape[0]
+    ux, uz = bx - ax, bz - az
+    length = np.sqrt(ux * ux + uz * uz)
+    ux, uz = ux / length, uz / length
+    # Normal of the segment that points away from the object, and the object's support there.
+    sx, sz = -uz, ux
+    if sx * (ax - obstacle.centre[0]) + sz * (az - obstacle.centre[1]) < 0.0:
+        sx, sz = -sx, -sz
+    corner, support = 0, -np.inf
+    for i in range(m):
+        reach = sx * vertices[i, 0] + sz * vertices[i, 1]
+        if reach > support:
+            corner, support = i, reach
+    side = sx * ax + sz * az - support
+    along = (ux * (vertices[corner, 0] - ax) + uz * (vertices[corner, 1] - az)) / length
+    deepest, face = -np.inf, 0
+    if m > 1:
+        for i in range(m):
+            nx, nz = normals[i, 0], normals[i, 1]
+            fa = nx * (ax - vertices[i, 0]) + nz * (az - vertices[i, 1])
+            fb = nx * (bx - vertices[i, 0]) + nz * (bz - vertices[i, 1])
+            if min(fa, fb) > deepest:
+                deepest, face = min(fa, fb), i
+    parted = side > 0.0 or deepest > 0.0 or m == 1
+    if (0.0 < along < 1.0 and side > 0.0) or (not parted and side > deepest):
+        along = min(1.0, max(0.0, along))
+        flat, slope = _face_below_vertex(obstacle, corner, sx, sz, ux, uz, along, length)
+        return side, sx, sz, along, -1.0, flat, slope
+    if parted:
+        distance, nx, nz, curvature = point_distance(obstacle, ax, az)
+        along = 0.0
+        db, nbx, nbz, kb = point_distance(obstacle, bx, bz)
+        if db < distance:
+            distance, nx, nz, curvature, along = db, nbx, nbz, kb, 1.0
+    else:  # the cores overlap: part them in the direction in which that takes least
+        distance, nx, nz, curvature = deepest, normals[face, 0], normals[face, 1], 0.0
+        along = 0.0 if nx * ux + nz * uz > 0.0 else 1.0
+    flat, slope = 0.0, 1.0
+    if m > 1 and curvature == 0.0:
+        flat, slope = _face_below_end(obstacle, ax, az, bx, bz, ux, uz, along, nx, nz)
+    return distance, nx, nz, along, curvature, flat, slope
+
+
+@kernel
+def _face_below_vertex(
+    obstacle: Obstacle,
+    corner: int,
+    sx: float,
+    sz: float,
+    ux: float,
+    uz: float,
+    along: float,
+    length: float,
+) -> tuple[float, float]:
+    """Flat part next to a vertex that meets a segment: the less inclined adjacent face."""
+    vertices = obstacle.vertices
+    m = vertices.shape[0]
+    flat, slope = 0.0, 1.0
+    if m == 1:
+        return flat, slope
+    for step in range(2):
+        other = (corner + 1) % m if step == 0 else (corner + m - 1) % m
+        ex, ez = vertices[other, 0] - vertices[corner, 0], vertices[other, 1] - vertices[corner, 1]
+        size = np.sqrt(ex * ex + ez * ez)
+        drop = -(sx * ex + sz * ez) / size
+        if drop < slope:
+            slope = drop
+            flat = ux * ex + uz * ez
+    room = (1.0 - along) * length if flat > 0.0 else -along * length
+    if abs(room) < abs(flat):
+        flat = room
+    return flat, max(0.0, slope)
+
+
+@kernel
+def _face_below_end(
+    obstacle: Obstacle,
+    ax: float,
+    az: float,
+    bx: float,
+    bz: float,
+    ux: float,
+    uz: float,
+    along: float,
+    nx: float,
+    nz: float,
+) -> tuple[float, float]:
+    """Flat part next to the end of a segment that meets the face with normal (nx, nz)."""
+    vertices, normals = obstacle.vertices, obstacle.normals
+    m = vertices.shape[0]
+    length = ux * (bx - ax) + uz * (bz - az)
+    sign = 1.0 if along == 0.0 else -1.0
+    px, pz = (ax, az) if along == 0.0 else (bx, bz)
+    slope = sign * (nx * ux + nz * uz)
+    for i in range(m):
+        if normals[i, 0] == nx and normals[i, 1] == nz:
+            j = i + 1 if i + 1 < m else 0
+            glide = sign * (nx * uz - nz * ux)  # along the face, towards its next vertex
+            end = j if glide > 0.0 else i
+            room = abs(nx * (vertices[end, 1] - pz) - nz * (vertices[end, 0] - px))
+            return sign * min(length, room / max(abs(glide), 1e-12)), max(0.0, slope)
+    return 0.0, 1.0
+
+
+@kernel
+def _pressure_centre(depth: float, flat: float, slope: float) -> tuple[float, float, float]:
+    """Centre of pressure on a flat overlap, as a bed of springs has it.
+
+    Returns its distance from the deepest point (signed as `flat`) and the derivatives of
+    that to the depth and to the slope.
+    """
+    length = abs(flat)
+    sign = 1.0 if flat > 0.0 else -1.0
+    if slope * length <= depth:  # the whole flat part is in touch
+        below = 2.0 * depth - slope * length
+        centre = length * (3.0 * depth - 2.0 * slope * length) / (3.0 * below)
+        to_depth = length * length * slope / (3.0 * below * below)
+        to_slope = -length * length * depth / (3.0 * below * below)
+    else:
+        centre = depth / (3.0 * slope)
+        to_depth = 1.0 / (3.0 * slope)
+        to_slope = -centre / slope
+    return sign * centre, sign * to_depth, sign * to_slope
+
+
+@kernel
+def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
+    """Revise a normal mode; `push` is the force that the closed contact would have."""
+    if mode == CLOSED:
+        if gap > 0.0:
+            return GRAZING if approach < 0.0 else OPEN
+        return CLOSED if push > 0.0 else OPEN
+    if mode == GRAZING:
+        if gap > 0.0 or approach >= 0.0:
+            return OPEN
+        return CLOSED if gap < -GRAZE else GRAZING
+    return CLOSED if gap < 0.0 and push > 0.0 else OPEN
+
+
+@kernel
+def _evaluate(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    s: float,
+    tip: TipResponse,
+    changes_allowed: int,
+    first: bool,
+    work: ContactWork,
+) -> bool:
+    """Revise the modes at the trial increment, then evaluate the forces and their tangent.
+
+    Returns whether no mode had to change and all stick forces have settled.  At the `first`
+    increment, which no sticking contact has shaped yet, sticking is not judged.
+    """
+    modes = work.modes
+    settled = not first
+    for j in range(3):
+        work.pose[j] = tip.pose[j] + work.increment[j]
+    work.wrench[:] = 0.0
+    work.tangent[:, :] = 0.0
+    cos, sin = np.cos(work.pose[2]), np.sin(work.pose[2])
+    vx = tip.twist[0] + s * work.increment[0]
+    vz = tip.twist[1] + s * work.increment[1]
+    omega = tip.twist[2] + s * work.increment[2]
+    points, radius = fingertip.points, fingertip.radius
+    for k in range(modes.normal.size):
+        work.normal_force[k] = 0.0
+        work.friction_force[k] = 0.0
+        # Lever from the last joint to the point of the tip that is closest to the object.
+        lx = cos * points[k, 0] - sin * points[k, 1]
+        lz = sin * points[k, 0] + cos * points[k, 1]
+        gliding = False  # an object's vertex meets the capsule's flank
+        flat, slope, ux, uz = 0.0, 1.0, 0.0, 0.0
+        if fingertip.capsule:
+            hx = cos * points[1, 0] - sin * points[1, 1]
+            hz = sin * points[1, 0] + cos * points[1, 1]
+            distance, nx, nz, along, curvature, flat, slope = segment_distance(
+                obstacle, work.pose[0] + lx, work.pose[1] + lz, work.pose[0] + hx, work.pose[1] + hz
+            )
+            length = np.sqrt((hx - lx) ** 2 + (hz - lz) ** 2)
+            ux, uz = (hx - lx) / length, (hz - lz) / length
+            lx += along * length * ux
+            lz += along * length * uz
+            gliding = curvature < 0.0
+        else:
+            distance, nx, nz, curvature = point_distance(
+                obstacle, work.pose[0] + lx, work.pose[1] + lz
+            )
+        turning = gliding or fingertip.along_tip_normal  # the force's direction turns with the tip
+        gap = distance - obstacle.radius - radius
+        if gap > 0.0 and modes.normal[k] == OPEN:
+            continue
+        ex, ez = nx, nz
+        if fingertip.along_tip_normal:
+            ex = sin * fingertip.normals[k, 1] - cos * fingertip.normals[k, 0]
+            ez = -sin * fingertip.normals[k, 0] - cos * fingertip.normals[k, 1]
+        tx, tz = -ez, ex
+        approach = ex * (vx - omega * lz) + ez * (vz + omega * lx)
+        push = -law.stiffness * gap - law.damping * approach
+
+        mode = _normal_mode(modes.normal[k], gap, push, approach)
+        if mode != modes.normal[k]:
+            settled = False
+            if changes_allowed > 0:
+                changes_allowed -= 1
+                if modes.normal[k] == OPEN:  # a sticking contact always has a solution
+                    modes.friction[k] = STICK
+                modes.normal[k] = mode
+        mode = modes.normal[k]
+        if mode == OPEN:
+            modes.stick_force[k] = 0.0
+            continue
+        row = work.row
+        normal, stiffness, damping = push, law.stiffness, law.damping * s
+        if mode == GRAZING:
+            stiffness += max(0.0, -law.damping * approach) / GRAZE
+            normal, damping = -stiffness * gap, 0.0
+        row[0, 0] = -stiffness * nx - damping * ex
+        row[0, 1] = -stiffness * nz - damping * ez
+        row[0, 2] = -stiffness * (nz * lx - nx * lz) - damping * (ez * lx - ex * lz)
+
+        shift, shift_turn = 0.0, 0.0
+        if flat != 0.0 and gap < 0.0:
+            shift, to_depth, to_slope = _pressure_centre(-gap, flat, slope)
+            sign = 1.0 if flat > 0.0 else -1.0
+            shift_turn = -to_slope * sign * (tx * ux + tz * uz)
+            shift_turn -= to_depth * (nz * lx - nx * lz)
+            lx += shift * ux
+            lz += shift * uz
+        else:
+            to_depth = 0.0
+
+        # Friction.
+        lever = tz * lx - tx * lz - radius  # slip per rotation
+        slip = tx * vx + tz * vz + lever * omega
+        limit = law.friction * normal
+        regularised = law.slip_velocity > 0.0
+        if regularised:
+            grip = law.friction * abs(normal) / law.slip_velocity
+            threshold = law.slip_velocity
+        else:
+            c0 = tip.compliance[0, 0] * tx + tip.compliance[0, 1] * tz + tip.compliance[0, 2] * lever
+            c1 = tip.compliance[1, 0] * tx + tip.compliance[1, 1] * tz + tip.compliance[1, 2] * lever
+            c2 = tip.compliance[2, 0] * tx + tip.compliance[2, 1] * tz + tip.compliance[2, 2] * lever
+            grip = STICK_STIFFNESS / (s * (tx * c0 + tz * c1 + lever * c2)) if s > 0.0 else 0.0
+            threshold = 0.0
+        if law.friction == 0.0 or s == 0.0:
+            friction = 0.0
+            for j in range(3):
+                row[1, j] = 0.0
+        else:
+            state = modes.friction[k]
+            if state == STICK:
+                friction = -grip * slip if regularised else modes.stick_force[k] - grip * slip
+                if abs(friction) > limit * (1.0 + 1e-9) and not first:
+                    settled = False
+                    if changes_allowed > 0:
+                        changes_allowed -= 1
+                        state = SLIP_LEFT if friction > 0.0 else SLIP_RIGHT
+                elif not regularised and not first:
+                    change = abs(friction - modes.stick_force[k])
+                    if change > STICK_TOLERANCE * limit:
+                        settled = False
+                    modes.stick_force[k] = friction
+            elif state * slip > -threshold:
+                settled = False
+                if changes_allowed > 0:
+                    changes_allowed -= 1
+                    modes.stick_force[k] = state * limit
+                    state = STICK
+            modes.friction[k] = state
+            if state == STICK:
+                base = 0.0 if regularised else modes.stick_force[k]
+                friction = base - grip * slip
+                row[1, 0] = -grip * s * tx
+                row[1, 1] = -grip * s * tz
+                row[1, 2] = -grip * s * lever
+                if regularised and normal > 0.0:
+                    for j in range(3):
+                        row[1, j] += friction / normal * row[0, j]
+            else:
+                friction = state * limit
+                for j in range(3):
+                    row[1, j] = state * law.friction * row[0, j]
+
+        fx, fz = normal * ex + friction * tx, normal * ez + friction * tz
+        for j in range(3):
+            if turning:
+                psi = 1.0 if j == 2 else 0.0
+            elif j == 0:
+                psi = curvature * tx
+            elif j == 1:
+                psi = curvature * tz
+            else:
+                psi = curvature * (lever + radius)
+            dfx = row[0, j] * ex + row[1, j] * tx + psi * (normal * tx - friction * ex)
+            dfz = row[0, j] * ez + row[1, j] * tz + psi * (normal * tz - friction * ez)
+            dlx = -lz if j == 2 else 0.0
+            dlz = lx if j == 2 else 0.0
+            if gliding:
+                dn = nx if j == 0 else (nz if j == 1 else nz * (lx - shift * ux) - nx * (lz - shift * uz))
+                dlx = dn * nx + distance * psi * tx - (1.0 if j == 0 else 0.0)
+                dlz = dn * nz + distance * psi * tz - (1.0 if j == 1 else 0.0)
+                if j == 2:
+                    dlx -= shift * uz
+                    dlz += shift * ux
+            if shift != 0.0:
+                dshift = shift_turn if j == 2 else -to_depth * (nx if j == 0 else nz)
+                dlx += dshift * ux
+                dlz += dshift * uz
+            work.tangent[0, j] += dfx
+            work.tangent[1, j] += dfz
+            work.tangent[2, j] += dlx * fz - dlz * fx + lx * dfz - lz * dfx - radius * row[1, j]
+        work.wrench[0] += fx
+        work.wrench[1] += fz
+        work.wrench[2] += lx * fz - lz * fx - radius * friction
+        work.normal_force[k] = normal
+        work.friction_force[k] = friction
+        work.direction[k, 0] = ex
+        work.direction[k, 1] = ez
+        work.place[k, 0] = work.pose[0] + lx
+        work.place[k, 1] = work.pose[1] + lz
+    return settled
+
+
+@kernel
+def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
+    """Solve a 3x3 system by Cramer's rule with one step of iterative refinement."""
+    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    d, e, f = matrix[1, 0], matrix[1, 1], matrix[1, 2]
+    g, h, i = matrix[2, 0], matrix[2, 1], matrix[2, 2]
+    ei, fg, dh = e * i - f * h, f * g - d * i, d * h - e * g
+    det = a * ei + b * fg + c * dh
+    if det == 0.0 or not np.isfinite(det):
+        return False
+    inverse = 1.0 / det
+    rx, ry, rz = vector[0], vector[1], vector[2]
+    x = (ei * rx + (c * h - b * i) * ry + (b * f - c * e) * rz) * inverse
+    y = (fg * rx + (a * i - c * g) * ry + (c * d - a * f) * rz) * inverse
+    z = (dh * rx + (b * g - a * h) * ry + (a * e - b * d) * rz) * inverse
+    rx -= a * x + b * y + c * z
+    ry -= d * x + e * y + f * z
+    rz -= g * x + h * y + i * z
+    solution[0] = x + (ei * rx + (c * h - b * i) * ry + (b * f - c * e) * rz) * inverse
+    solution[1] = y + (fg * rx + (a * i - c * g) * ry + (c * d - a * f) * rz) * inverse
+    solution[2] = z + (dh * rx + (b * g - a * h) * ry + (a * e - b * d) * rz) * inverse
+    return True
+
+
+@kernel
+def solve_contact(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    s: float,
+    tip: TipResponse,
+    work: ContactWork,
+) -> bool:
+    """Find the contact wrench for which contact law and linearised chain agree.
+
+    Leaves the wrench and the modes in `work`; returns False when there was no agreement
+    within `FORCE_ACCURACY`.
+    """
+    slope = law.stiffness + law.damping * s
+    accuracy = (tip.compliance[0, 0] + tip.compliance[1, 1]) * (
+        FORCE_ACCURACY + POSITION_NOISE * slope
+    )
+    for j in range(3):
+        work.increment[j] = tip.free[j]
+    for iteration in range(MAX_ITERATIONS):
+        allowed = work.modes.normal.size * 2 if iteration < BLOCK_ITERATIONS else 1
+        settled = _evaluate(
+            fingertip, obstacle, law, s, tip, allowed, iteration == 0, work
+        )
+        square = 0.0
+        for i in range(3):
+            r = work.increment[i] - tip.free[i]
+            for j in range(3):
+                r -= tip.compliance[i, j] * (work.wrench[j] - tip.wrench[j])
+            work.residual[i] = r
+            weight = LENGTH if i == 2 else 1.0
+            square += (weight * r) ** 2
+        if settled and square <= accuracy * accuracy:
+            return True
+        for i in range(3):
+            for j in range(3):
+                entry = 1.0 if i == j else 0.0
+                for k in range(3):
+                    entry -= tip.compliance[i, k] * work.tangent[k, j]
+                work.matrix[i, j] = entry
+        if not _solve3(work.matrix, work.residual, work.correction):
+            return False
+        for j in range(3):
+            work.increment[j] -= work.correction[j]
+    return False

@@ -1,0 +1,238 @@
+"""Time integration of one half: SDIRK2 with error-controlled steps.
+
+Method: the two-stage singly diagonally implicit Runge-Kutta method of order 2 that is
+L-stable and stiffly accurate (R. Alexander, SIAM J. Numer. Anal. 14, 1977).  Both stages are
+implicit, so nothing of the time before a jump of force or command enters a step.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import ContactModes, copy_modes
+from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
+
+Array = NDArray[np.float64]
+
+GAMMA = 1.0 - np.sqrt(0.5)
+SMALLEST_STEP = 1e-11  # s
+SAFETY = 0.9
+SHRINK, GROW = 0.2, 2.5
+RESTART = 1e-4  # s; first step after a jump of the command
+
+# Error that one step may add at a tolerance of 1: angles of bodies, and the deviation of the
+# force from a straight line relative to the largest force.  A deviation that lasts shorter
+# than the resolution counts in proportion, so that a jump of the force is not chased.
+ANGLE = 1.0  # rad
+FORCE = 1.0
+FORCE_TIME = 0.01  # s
+FORCE_TRAVEL = 4e-5  # m of the base
+
+DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
+
+
+class Motion(NamedTuple):
+    """Prescribed motion of the base: velocity linear on each segment, with jumps between."""
+
+    time: Array  # start of each segment and end of the last [s], shape (m + 1,)
+    travel: Array  # at these times [m], shape (m + 1,)
+    velocity: Array  # at the start of each segment [m/s], shape (m,)
+    acceleration: Array  # on each segment [m/s^2], shape (m,)
+    jump: NDArray[np.bool_]  # velocity or acceleration jump at the segment's start, shape (m,)
+
+
+class HalfState(NamedTuple):
+    """Everything that the next step of one half depends on."""
+
+    clock: Array  # time [s], next step [s], scale of the force [N]; shape (3,)
+    q: Array  # joint angles [rad], shape (n,)
+    v: Array  # joint rates [rad/s], shape (n,)
+    a: Array  # joint accelerations [rad/s^2], shape (n,)
+    wrench: Array  # contact wrench on the tip [N, N, N m], shape (3,)
+    modes: ContactModes
+    load: Array  # vertical load on the base [N], shape (1,)
+    counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
+
+
+class Record(NamedTuple):
+    """Accepted steps; row 0 is the start."""
+
+    time: Array  # shape (c,)
+    q: Array  # shape (c, n)
+    v: Array  # shape (c, n)
+    a: Array  # shape (c, n)
+    wrench: Array  # shape (c, 3)
+    load: Array  # vertical load on the base at the inner stage and at the end, shape (c, 2)
+
+
+class StepWork(NamedTuple):
+    """Stage vectors."""
+
+    q0: Array
+    v0: Array
+    q: Array
+    v: Array
+    a: Array
+    v1: Array
+    a1: Array
+    load: Array  # vertical load on the base at both stages [N], shape (2,)
+
+
+def step_work(n: int) -> StepWork:
+    """Allocate the stage vectors for `n` joints."""
+    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2))
+
+
+@kernel
+def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
+    """Height, velocity and acceleration of the base at time `t` of a segment onwards."""
+    last = motion.velocity.size - 1
+    while segment < last and t > motion.time[segment + 1]:
+        segment += 1
+    dt = t - motion.time[segment]
+    velocity, acceleration = motion.velocity[segment], motion.acceleration[segment]
+    base[0] = -(motion.travel[segment] + dt * (velocity + 0.5 * acceleration * dt))
+    base[1] = -(velocity + acceleration * dt)
+    base[2] = -acceleration
+
+
+@kernel
+def integrate(
+    model: Model,
+    motion: Motion,
+    tolerance: float,
+    state: HalfState,
+    record: Record,
+    filled: int,
+    work: Work,
+    scratch: StepWork,
+) -> tuple[int, int]:
+    """Step `state` to the end of `motion`; record accepted steps from row `filled` on.
+
+    Returns a status (DONE, FULL: the record needs more rows, STUCK, NOT_FINITE) and the
+    number of rows filled.  On a failure `state` is the last accepted one.
+    """
+    n = state.q.size
+    end = motion.time[-1]
+    q, v = state.q, state.v
+    segment = 0
+    while state.clock[0] < end:
+        t = state.clock[0]
+        while segment + 1 < motion.velocity.size and motion.time[segment + 1] <= t:
+            segment += 1
+        if filled >= record.time.size:
+            return FULL, filled
+        # A step ends where the velocity jumps.
+        stop = end
+        for k in range(segment + 1, motion.velocity.size):
+            if motion.jump[k]:
+                stop = motion.time[k]
+                break
+        fresh = motion.jump[segment] and t == motion.time[segment]
+        if fresh:
+            state.clock[1] = min(state.clock[1], RESTART)
+        h = min(state.clock[1], stop - t)
+        if stop - t - h < 0.1 * h:
+            h = stop - t
+        error = 0.0
+        while True:
+            if h < SMALLEST_STEP and h < stop - t:
+                return STUCK, filled
+            error = _try_step(
+                model, motion, tolerance, segment, fresh, t, h, state, work, scratch
+            )
+            if error <= 1.0:
+                break
+            state.counts[1] += 1
+            if np.isfinite(error):
+                h *= max(SHRINK, SAFETY / np.sqrt(error))
+            else:
+                h *= 0.25
+        for i in range(n):
+            if not np.isfinite(scratch.q[i]):
+                return NOT_FINITE, filled
+        state.clock[0] = stop if h == stop - t else t + h
+        growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
+        if h * growth > state.clock[1] or h < stop - t:
+            state.clock[1] = h * growth
+        for i in range(n):
+            q[i] = scratch.q[i]
+            v[i] = scratch.v[i]
+            state.a[i] = scratch.a[i]
+            record.q[filled, i] = q[i]
+            record.v[filled, i] = v[i]
+            record.a[filled, i] = scratch.a[i]
+        for j in range(3):
+            state.wrench[j] = work.tip.wrench[j]
+            record.wrench[filled, j] = state.wrench[j]
+        copy_modes(work.contact.modes, state.modes)
+        record.time[filled] = state.clock[0]
+        record.load[filled, 0] = scratch.load[0]
+        record.load[filled, 1] = scratch.load[1]
+        state.load[0] = scratch.load[1]
+        state.clock[2] = max(state.clock[2], abs(state.load[0]))
+        state.counts[0] += 1
+        filled += 1
+    return DONE, filled
+
+
+@kernel
+def _try_step(
+    model: Model,
+    motion: Motion,
+    tolerance: float,
+    segment: int,
+    fresh: bool,
+    t: float,
+    h: float,
+    state: HalfState,
+    work: Work,
+    scratch: StepWork,
+) -> float:
+    """Take one trial step of length `h`; return its error relative to the tolerance."""
+    n = state.q.size
+    s = 1.0 / (GAMMA * h)
+    accuracy = 0.01 * tolerance * ANGLE
+    for j in range(3):
+        work.tip.wrench[j] = state.wrench[j]
+    copy_modes(state.modes, work.contact.modes)
+    for i in range(n):
+        scratch.q0[i] = state.q[i]
+        scratch.v0[i] = state.v[i]
+        scratch.q[i] = state.q[i] + GAMMA * h * state.v[i]
+    base_motion(motion, segment, t + GAMMA * h, work.base)
+    iterations = solve_stage(
+        model, s, accuracy, scratch.q0, scratch.v0, scratch.q, scratch.v1, scratch.a1, work
+    )
+    if iterations == 0:
+        return np.inf
+    inner_load = work.tip.root_force[0]
+    for i in range(n):
+        scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
+        scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
+        scratch.q[i] = scratch.q0[i] + GAMMA * h * scratch.v1[i]
+    base_motion(motion, segment, t + h, work.base)
+    more = solve_stage(
+        model, s, accuracy, scratch.q0, scratch.v0, scratch.q, scratch.v, scratch.a, work
+    )
+    if more == 0:
+        return np.inf
+    state.counts[2] += iterations + more
+    turn, angle = 0.0, 0.0
+    for i in range(n):
+        turn += GAMMA * h * (scratch.v[i] - scratch.v1[i])
+        angle = max(angle, abs(turn))
+    outer_load = work.tip.root_force[0]
+    scratch.load[0] = inner_load
+    scratch.load[1] = outer_load
+    error = angle / (ANGLE * tolerance)
+    if not fresh:  # the force before a jump says nothing about this step
+        defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
+        scale = max(state.clock[2], abs(outer_load))
+        resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(work.base[1])))
+        error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, h / resolution))
+    return error

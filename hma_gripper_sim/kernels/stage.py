@@ -1,0 +1,130 @@
+"""One implicit stage of one half: Newton's method on joints and contact together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.chain import (
+    Chain,
+    ChainWork,
+    TipResponse,
+    chain_work,
+    eliminate,
+    place,
+    substitute,
+    tip_response,
+)
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import (
+    ContactLaw,
+    ContactWork,
+    Fingertip,
+    Obstacle,
+    contact_work,
+    solve_contact,
+)
+
+Array = NDArray[np.float64]
+
+MAX_ITERATIONS = 12
+MAX_TURN = 1.0  # rad; a larger correction of a body's angle is not believed
+
+
+class Model(NamedTuple):
+    """One half of a scene, in its own frame (the left half is mirrored)."""
+
+    chain: Chain
+    fingertip: Fingertip
+    obstacle: Obstacle
+    law: ContactLaw
+    gravity: float  # m/s^2
+
+
+class Work(NamedTuple):
+    """The buffers of one half."""
+
+    chain: ChainWork
+    tip: TipResponse
+    contact: ContactWork
+    base: Array  # height, velocity, acceleration of the base, shape (3,)
+    increment: Array  # joint increments, shape (n,)
+
+
+def allocate(model: Model) -> Work:
+    """Allocate the buffers for a model."""
+    n = model.chain.rest.size
+    return Work(
+        chain_work(n),
+        tip_response(),
+        contact_work(model.fingertip),
+        np.zeros(3),
+        np.zeros(n),
+    )
+
+
+@kernel
+def solve_stage(
+    model: Model,
+    s: float,
+    accuracy: float,
+    q0: Array,
+    v0: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    work: Work,
+) -> int:
+    """Solve the balance of all joints for ``v = s (q - q0)``, ``a = s (v - v0)``.
+
+    Parameters
+    ----------
+    s
+        Rate of the stage [1/s]; 0 asks for static equilibrium.
+    accuracy
+        Accepted error of a body's angle [rad].
+    q, v, a
+        Joint angles, rates and accelerations, shape (n,); `q` holds the first guess.
+
+    Returns
+    -------
+    int
+        Number of Newton iterations, or 0 when there was no convergence.  The contact wrench
+        is in ``work.contact.wrench``, the vertical load on the base in
+        ``work.tip.root_force[0]``.
+    """
+    n = q.size
+    tip = work.tip
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        rate = 0.0
+        for i in range(n):
+            v[i] = s * (q[i] - q0[i])
+            a[i] = s * (v[i] - v0[i])
+            rate = max(rate, abs(v[i]))
+        place(model.chain, work.base, model.gravity, q, v, a, work.chain, tip)
+        if not eliminate(model.chain, s, q, v, work.chain, tip):
+            return 0
+        if not solve_contact(model.fingertip, model.obstacle, model.law, s, tip, work.contact):
+            return 0
+        for j in range(3):
+            change = work.contact.wrench[j] - tip.wrench[j]
+            work.contact.correction[j] = change
+            tip.root_force[0] += tip.root_force[1 + j] * change
+            tip.wrench[j] = work.contact.wrench[j]
+        turn = substitute(work.chain, work.contact.correction, work.increment)
+        if not turn < MAX_TURN:
+            return 0
+        for i in range(n):
+            q[i] += work.increment[i]
+        # The next correction is of the order of this one times the nonlinearity left out.
+        nonlinearity = turn
+        if s > 0.0:
+            nonlinearity += n * rate / s
+        if turn * min(1.0, nonlinearity) <= accuracy:
+            for i in range(n):
+                v[i] = s * (q[i] - q0[i])
+                a[i] = s * (v[i] - v0[i])
+            return iteration
+    return 0

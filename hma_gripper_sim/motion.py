@@ -1,0 +1,106 @@
+"""Commanded motion of the prismatic joint as a table the kernels can follow exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.quantities import quantity
+
+Velocity = float | Callable[[float], float]
+
+SHORTEST = 1e-9  # s; a change of velocity within less than this is a jump
+STRAIGHT = 1e-4  # of the largest velocity; a deviation from a straight line that is kept
+
+
+def ramp(
+    start: float, travel: float, duration: float, before: float, after: float, jump: bool
+) -> Motion:
+    """Velocity linear in time from `before` to `after` [m/s] within `duration` [s].
+
+    `jump` says whether that differs from the motion so far in velocity or acceleration.
+    """
+    motion = _table(
+        np.array([start, start + duration]), np.array([before]), np.array([after]), travel
+    )
+    motion.jump[0] = jump
+    return motion
+
+
+def follow(velocity: Velocity, start: float, travel: float, duration: float) -> Motion:
+    """Tabulate a velocity [m/s], a number or a function of time.
+
+    A function is sampled until straight lines between the samples follow it; where it jumps,
+    the jump is located and kept.
+
+    Raises
+    ------
+    InputError
+        The velocity is not a finite number somewhere.
+    """
+    if not callable(velocity):
+        value = _checked(velocity, start)
+        return ramp(start, travel, duration, value, value, True)
+
+    def at(t: float) -> float:
+        return _checked(velocity(t), t)
+
+    count = max(2, math.ceil(duration / 0.005) + 1)
+    grid = [float(t) for t in np.linspace(start, start + duration, count)]
+    values = [at(t) for t in grid]
+    scale = STRAIGHT * max(1e-6, *(abs(value) for value in values))
+    pieces: list[tuple[float, float, float, float]] = []
+    for a, b, va, vb in zip(grid, grid[1:], values, values[1:], strict=False):
+        todo = [(a, b, va, vb)]
+        while todo:
+            a, b, va, vb = todo.pop()
+            middle = 0.5 * (a + b)
+            if b - a <= SHORTEST * max(1.0, abs(b)):
+                pieces.append((a, middle, va, va))
+                pieces.append((middle, b, vb, vb))
+                continue
+            quarters = (at(a + 0.25 * (b - a)), at(middle), at(b - 0.25 * (b - a)))
+            expected = (0.75 * va + 0.25 * vb, 0.5 * (va + vb), 0.25 * va + 0.75 * vb)
+            if all(abs(x - y) <= scale for x, y in zip(quarters, expected, strict=True)):
+                pieces.append((a, b, va, vb))
+            else:
+                todo.append((middle, b, quarters[1], vb))
+                todo.append((a, middle, va, quarters[1]))
+    merged = _merge(pieces, scale)
+    time = np.array([piece[0] for piece in merged] + [merged[-1][1]])
+    return _table(
+        time, np.array([piece[2] for piece in merged]), np.array([piece[3] for piece in merged]), travel
+    )
+
+
+def _merge(
+    pieces: list[tuple[float, float, float, float]], scale: float
+) -> list[tuple[float, float, float, float]]:
+    """Join neighbouring pieces of the same constant velocity."""
+    merged = [pieces[0]]
+    for a, b, va, vb in pieces[1:]:
+        start, _, before, after = merged[-1]
+        if before == after == va == vb:
+            merged[-1] = (start, b, before, after)
+        else:
+            merged.append((a, b, va, vb))
+    return merged
+
+
+def _table(time: np.ndarray, before: np.ndarray, after: np.ndarray, travel: float) -> Motion:
+    lengths = np.diff(time)
+    distance = np.concatenate([[travel], travel + np.cumsum(0.5 * (before + after) * lengths)])
+    jump = np.ones(len(before), dtype=np.bool_)
+    jump[1:] = before[1:] != after[:-1]
+    return Motion(time, distance, before, (after - before) / lengths, jump)
+
+
+def _checked(value: object, t: float) -> float:
+    try:
+        return quantity(value, "m/s", field="velocity", source="simulate")
+    except InputError as error:
+        raise InputError(f"{error.reason} at t = {t:g} s", field="velocity") from None

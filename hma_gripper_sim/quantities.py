@@ -1,0 +1,144 @@
+"""Validated physical quantities: every number from outside passes through here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from hma_gripper_sim.errors import InputError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+
+@cache
+def _units() -> UnitRegistry[float]:
+    from pint import UnitRegistry  # slow to import, and needed only where a file names units
+
+    return UnitRegistry(cache_folder=None)
+
+
+def quantity(
+    value: object,
+    unit: str,
+    *,
+    field: str | None = None,
+    source: str | None = None,
+    minimum: float = -math.inf,
+    maximum: float = math.inf,
+    exclusive: bool = False,
+) -> float:
+    """Return `value` as a finite float in `unit`.
+
+    Parameters
+    ----------
+    value
+        A number, taken to be in `unit` already, or a text with a unit such as ``"28 mm"``.
+    unit
+        The SI unit wanted, in pint's notation (``""`` for a pure number).
+    minimum, maximum
+        The allowed range, in `unit`.
+    exclusive
+        Whether the minimum itself is excluded.
+
+    Raises
+    ------
+    InputError
+        Not a number, not finite, of another dimension, or out of range.
+    """
+
+    def refuse(reason: str) -> InputError:
+        return InputError(reason, field=field, source=source)
+
+    wanted = f"a number in {unit}" if unit else "a pure number"
+    if isinstance(value, str):
+        number = _magnitude(value, unit, wanted, refuse)
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        number = float(value)
+    else:
+        raise refuse(f"expected {wanted}, got {value!r}")
+    shown = f"{number:g} {unit}".strip()
+    if not math.isfinite(number):
+        raise refuse(f"must be finite, got {shown}")
+    if number < minimum or (exclusive and number == minimum):
+        bound = "greater than" if exclusive else "at least"
+        raise refuse(f"must be {bound} {minimum:g} {unit}".rstrip() + f", got {shown}")
+    if number > maximum:
+        raise refuse(f"must be at most {maximum:g} {unit}".rstrip() + f", got {shown}")
+    return number
+
+
+def _magnitude(text: str, unit: str, wanted: str, refuse: Any) -> float:
+    import pint
+
+    try:
+        parsed = _units().Quantity(text)
+        return float(parsed.to(unit or "dimensionless").magnitude)
+    except pint.DimensionalityError as error:
+        raise refuse(f"expected {wanted}, got {text!r} ({error.units1})") from None
+    except Exception:  # pint's parser raises many types for malformed text
+        raise refuse(f"expected {wanted}, got {text!r}") from None
+
+
+def whole_number(
+    value: object, *, field: str | None = None, source: str | None = None, minimum: int = 1
+) -> int:
+    """Return `value` as an int of at least `minimum`; raise `InputError` otherwise."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not float(value).is_integer():
+        raise InputError(f"expected a whole number, got {value!r}", field=field, source=source)
+    if float(value) < minimum:
+        raise InputError(f"must be at least {minimum}, got {value}", field=field, source=source)
+    return int(float(value))
+
+
+def choice(
+    value: object, options: tuple[str, ...], *, field: str | None = None, source: str | None = None
+) -> str:
+    """Return `value` if it is one of `options`; raise `InputError` otherwise."""
+    if not isinstance(value, str) or value not in options:
+        listed = ", ".join(repr(option) for option in options)
+        raise InputError(f"must be one of {listed}, got {value!r}", field=field, source=source)
+    return value
+
+
+def refuse_unknown(
+    mapping: Mapping[str, object], known: tuple[str, ...], *, source: str | None = None
+) -> None:
+    """Raise `InputError` naming the first key of `mapping` that is not `known`."""
+    for key in mapping:
+        if key not in known:
+            raise InputError(
+                f"unknown field (known: {', '.join(known)})", field=str(key), source=source
+            )
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not YAML, or holds something else.
+    """
+    source = str(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError(f"cannot be read: {reason}", source=source) from None
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        where = getattr(error, "problem_mark", None)
+        line = f" at line {where.line + 1}" if where is not None else ""
+        problem = getattr(error, "problem", None) or "unreadable"
+        raise InputError(f"not valid YAML{line}: {problem}", source=source) from None
+    if not isinstance(content, dict):
+        raise InputError("expected a mapping of fields at the top level", source=source)
+    return content

@@ -1,0 +1,258 @@
+"""A scene: a gripper above an object, with the contact law between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from hma_gripper_sim.contour import Circle, Contour, face_normals
+from hma_gripper_sim.design import GripperDesign
+from hma_gripper_sim.discretisation import DISCRETISATIONS, HalfGripper, discretise
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.contact import (
+    ContactLaw,
+    Fingertip,
+    Obstacle,
+    point_distance,
+    segment_distance,
+)
+from hma_gripper_sim.kernels.stage import Model
+from hma_gripper_sim.quantities import choice, quantity, whole_number
+
+Array = NDArray[np.float64]
+
+CONTACTS = ("continuous", "sampled")
+SAMPLED_NORMALS = ("tip", "object")
+SIDES = ("right", "left")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is simulated, and with which model of it.
+
+    Drawing plane: x to the right, z up (REP-103), the origin where the middle of the top
+    beam is at travel 0.
+
+    Parameters
+    ----------
+    design
+        The gripper.
+    contour
+        The object; fixed and rigid.
+    friction
+        Coefficient of friction between tip and object.
+    clearance
+        Travel from the start pose to the first touch of the stress-free gripper [m].  An
+        object that passes between the tips has its top that far below their lowest points.
+    contact
+        ``continuous``: the tip's capsule; ``sampled``: the contact points of the thesis.
+    discretisation
+        ``thesis`` or ``midpoint`` (see `hma_gripper_sim.discretisation`).
+    elements_top, elements_beam
+        GBEs of half the top beam and of a side beam; None: as in the design for ``thesis``,
+        2 and 8 for ``midpoint``.
+    sampled_normal
+        Direction of sampled contact forces: the normal of the ``tip`` or of the ``object``;
+        None: of the object for circles, of the tip otherwise, as in the thesis.
+    offset
+        Lateral offset of the object from the gripper's axis [m].
+    symmetry
+        None: step one half where both are mirror images; False: always both.
+    normal_stiffness, normal_damping
+        Of the contact [N/m, N s/m].
+    slip_velocity
+        0: set-valued Coulomb friction; otherwise the slip velocity below which the
+        regularised law of the thesis is linear [m/s].
+    gravity
+        [m/s^2]
+
+    Raises
+    ------
+    InputError
+        Names the field that cannot be used and why.
+    """
+
+    design: GripperDesign
+    contour: Contour
+    friction: float = 0.6
+    clearance: float = 0.005
+    contact: str = "continuous"
+    discretisation: str = "thesis"
+    elements_top: int | None = None
+    elements_beam: int | None = None
+    sampled_normal: str | None = None
+    offset: float = 0.0
+    symmetry: bool | None = None
+    normal_stiffness: float = 1e4
+    normal_damping: float = 1.0
+    slip_velocity: float = 0.0
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.design, GripperDesign):
+            raise _refuse("design", f"expected a GripperDesign, got {self.design!r}")
+        if not isinstance(self.contour, Contour):
+            raise _refuse("contour", f"expected a contour, got {self.contour!r}")
+        for name, unit in (
+            ("friction", ""),
+            ("clearance", "m"),
+            ("normal_damping", "N*s/m"),
+            ("slip_velocity", "m/s"),
+            ("gravity", "m/s^2"),
+        ):
+            self._set(name, quantity(getattr(self, name), unit, field=name, source="Scene", minimum=0.0))
+        self._set("offset", quantity(self.offset, "m", field="offset", source="Scene"))
+        stiffness = quantity(
+            self.normal_stiffness,
+            "N/m",
+            field="normal_stiffness",
+            source="Scene",
+            minimum=0.0,
+            exclusive=True,
+        )
+        self._set("normal_stiffness", stiffness)
+        choice(self.contact, CONTACTS, field="contact", source="Scene")
+        choice(self.discretisation, DISCRETISATIONS, field="discretisation", source="Scene")
+        if self.sampled_normal is None:
+            self._set("sampled_normal", "object" if isinstance(self.contour, Circle) else "tip")
+        choice(self.sampled_normal, SAMPLED_NORMALS, field="sampled_normal", source="Scene")
+        if self.symmetry not in (None, False):
+            raise _refuse("symmetry", f"must be None or False, got {self.symmetry!r}")
+        thesis = self.discretisation == "thesis"
+        if self.elements_top is None:
+            self._set("elements_top", self.design.top_elements if thesis else 2)
+        if self.elements_beam is None:
+            self._set("elements_beam", self.design.beam_elements if thesis else 8)
+        for name in ("elements_top", "elements_beam"):
+            self._set(name, whole_number(getattr(self, name), field=name, source="Scene"))
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    @cached_property
+    def half(self) -> HalfGripper:
+        """The right half of the gripper as a chain."""
+        assert self.elements_top is not None and self.elements_beam is not None
+        return discretise(self.design, self.discretisation, self.elements_top, self.elements_beam)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """``slide``, then part by part, right before left, numbered from the middle outwards."""
+        names = ["slide"]
+        for part in ("top", "beam", "tip"):
+            for side in SIDES:
+                for kind, number in self.half.joints:
+                    if kind == part:
+                        names.append(f"tip_{side}" if part == "tip" else f"{part}_{side}_{number}")
+        return tuple(names)
+
+    @cached_property
+    def is_symmetric(self) -> bool:
+        """Whether both halves are mirror images, so that one is enough."""
+        return self.symmetry is None and self.offset == 0.0 and self.contour.is_symmetric
+
+    @cached_property
+    def object_position(self) -> tuple[float, float]:
+        """Origin of the contour's frame in world coordinates (x, z) [m]."""
+        return (self.offset, self._first_touch() - self.clearance)
+
+    @cached_property
+    def models(self) -> tuple[Model, Model]:
+        """The right half, and the left half mirrored, ready for the kernels."""
+        law = ContactLaw(
+            self.normal_stiffness, self.normal_damping, self.friction, self.slip_velocity
+        )
+        right, left = (
+            Model(
+                self.half.chain,
+                self._fingertip,
+                self._obstacle(side, self.object_position),
+                law,
+                self.gravity,
+            )
+            for side in SIDES
+        )
+        return right, left
+
+    @cached_property
+    def _fingertip(self) -> Fingertip:
+        tip = self.design.tip
+        if self.contact == "continuous":
+            points = np.array([tip.capsule_start, tip.capsule_end])
+            normals, radius = np.zeros((2, 2)), tip.radius
+        else:
+            points = np.array(tip.points)
+            angles = np.array(tip.normal_angles)
+            normals, radius = np.column_stack([np.cos(angles), np.sin(angles)]), 0.0
+        sampled = self.contact == "sampled"
+        return Fingertip(
+            points + self.half.tip_origin,
+            normals,
+            radius,
+            not sampled,
+            sampled and self.sampled_normal == "tip",
+        )
+
+    def _obstacle(self, side: str, position: tuple[float, float]) -> Obstacle:
+        core = self.contour.core + position
+        if side == "left":
+            core = (core * (-1.0, 1.0))[::-1]
+        return Obstacle(
+            np.ascontiguousarray(core),
+            face_normals(core),
+            core.mean(axis=0),
+            self.contour.core_radius,
+        )
+
+    def _first_touch(self) -> float:
+        """Height of the contour's origin at which it touches the stress-free gripper."""
+        chain, fingertip = self.half.chain, self._fingertip
+        angle, position = 0.0, chain.root.copy()
+        for rest, link in zip(chain.rest, chain.link, strict=True):
+            angle += rest
+            position += _rotate(link, angle)
+        points = position + _rotate(fingertip.points, angle)
+        lowest = points[:, 1].min() - fingertip.radius
+        highest = points[:, 1].max() + fingertip.radius
+        top = self.contour.core[:, 1].max() + self.contour.core_radius
+        size = np.ptp(self.contour.core[:, 1]) + 2.0 * self.contour.core_radius
+
+        def gap(height: float) -> float:
+            smallest = np.inf
+            for side in SIDES:
+                obstacle = self._obstacle(side, (self.offset, height))
+                if fingertip.capsule:
+                    distance = segment_distance(obstacle, *points[0], *points[1])[0]
+                else:
+                    distance = min(point_distance(obstacle, x, z)[0] for x, z in points)
+                smallest = min(smallest, distance)
+            return smallest - obstacle.radius - fingertip.radius
+
+        # Rise by the gap, which cannot pass a touch, until there is one or none is left.
+        start = lowest - top
+        height = start
+        while height < highest - top + size:
+            free = gap(height)
+            if free < 1e-7:
+                beyond = height
+                while gap(beyond) > 0.0 and beyond < height + 1e-5:
+                    beyond += 1e-6
+                if gap(beyond) <= 0.0:
+                    if gap(height) <= 0.0:
+                        height -= 1e-9
+                    return float(brentq(gap, height - 1e-7, beyond, xtol=1e-15))
+            height += max(free, 1e-7)
+        return float(start)
+
+
+def _rotate(vectors: Array, angle: float) -> Array:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.asarray(vectors @ np.array([[cos, sin], [-sin, cos]]))
+
+
+def _refuse(field: str, reason: str) -> InputError:
+    return InputError(reason, field=field, source="Scene")

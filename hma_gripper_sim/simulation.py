@@ -1,0 +1,435 @@
+"""Simulation of a scene: owns the state and the solver's buffers."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
+from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes
+from hma_gripper_sim.kernels.integrator import (
+    DONE,
+    FULL,
+    NOT_FINITE,
+    HalfState,
+    Motion,
+    Record,
+    integrate,
+    step_work,
+)
+from hma_gripper_sim.kernels.stage import Model, allocate, solve_stage
+from hma_gripper_sim.motion import Velocity, follow, ramp
+from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
+from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.scene import Scene
+from hma_gripper_sim.trace import HalfRecord, Trace, beam_tangent, find_unmodelled_touches, joint_rows
+
+Array = NDArray[np.float64]
+
+FIRST_STEP = 1e-4  # s
+ROWS = 1024  # of a record before it first grows
+
+
+@dataclass(frozen=True)
+class SimulationState:
+    """One instant of a simulation; arrays in the order of ``scene.joint_names``.
+
+    Parameters
+    ----------
+    time
+        [s]
+    travel, velocity
+        Of the prismatic joint, positive towards the object [m, m/s].
+    actuator_force
+        Positive when the actuator pushes the gripper towards the object [N].
+    phi_left, phi_right, phi_left_rate, phi_right_rate
+        Angle between top beam and side beam, tangent at mid-length [rad, rad/s].
+    joint_position, joint_velocity, joint_effort
+        ``slide`` in m, m/s and N, all others in rad, rad/s and N m; shape (n_joints,).
+    """
+
+    time: float
+    travel: float
+    velocity: float
+    actuator_force: float
+    phi_left: float
+    phi_right: float
+    phi_left_rate: float
+    phi_right_rate: float
+    joint_position: Array
+    joint_velocity: Array
+    joint_effort: Array
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything a simulation needs to go on bit for bit as it would have."""
+
+    time: float
+    travel: float
+    velocity: float
+    acceleration: float
+    halves: tuple[HalfState, ...]
+
+
+class _Half:
+    """State and buffers of one half."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.work = allocate(model)
+        self.scratch = step_work(model.chain.rest.size)
+        self.state = self.rest_state()
+
+    def rest_state(self) -> HalfState:
+        """Static equilibrium at travel 0, to rounding."""
+        n = self.model.chain.rest.size
+        q, v, a = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.work.base[:] = 0.0
+        self.work.tip.wrench[:] = 0.0
+        copy_modes(contact_modes(len(self.work.contact.normal_force)), self.work.contact.modes)
+        zero = np.zeros(n)
+        if not solve_stage(self.model, 0.0, 1e-14, zero, zero, q, v, a, self.work):
+            raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
+        load = self.work.tip.root_force[0]
+        return HalfState(
+            clock=np.array([0.0, FIRST_STEP, abs(load)]),
+            q=q,
+            v=v,
+            a=a,
+            wrench=self.work.tip.wrench.copy(),
+            modes=_copy_modes(self.work.contact.modes),
+            load=np.array([load]),
+            counts=np.zeros(3, dtype=np.int64),
+        )
+
+    def advance(self, motion: Motion, tolerance: float, record: Record) -> tuple[Outcome, Record, int]:
+        """Step to the end of `motion`; the record grows as it must."""
+        filled = 0
+        _write_row(record, filled, self.state)
+        filled += 1
+        while True:
+            status, filled = integrate(
+                self.model, motion, tolerance, self.state, record, filled, self.work, self.scratch
+            )
+            if status != FULL:
+                break
+            record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
+        outcome = {DONE: Outcome.CONVERGED, NOT_FINITE: Outcome.NOT_FINITE}.get(
+            status, Outcome.STEP_TOO_SMALL
+        )
+        return outcome, record, filled
+
+
+class Simulation:
+    """A scene in motion, from static equilibrium at travel 0.
+
+    Parameters
+    ----------
+    scene
+        What is simulated.
+    tolerance
+        Error that one step may add, relative to the largest actuator force so far and to a
+        radian; the global error is of the same order.
+
+    Raises
+    ------
+    InputError
+        The tolerance is out of range.
+    SimulationError
+        There is no static equilibrium.
+    """
+
+    def __init__(self, scene: Scene, tolerance: float = 1e-3) -> None:
+        if not isinstance(scene, Scene):
+            raise InputError(f"expected a Scene, got {scene!r}", field="scene", source="Simulation")
+        self.tolerance = quantity(
+            tolerance, "", field="tolerance", source="Simulation", minimum=1e-10, maximum=1.0
+        )
+        self._scene = scene
+        self._halves = _build_halves(scene)
+        self._ticks = [_empty_record(half, 64) for half in self._halves]
+        self.reset()
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        return self._scene
+
+    def reset(self) -> None:
+        """Go back to the start: static equilibrium, travel 0, time 0, at rest."""
+        self.time = 0.0
+        self.travel = 0.0
+        self.velocity = 0.0
+        self._acceleration = 0.0
+        for half in self._halves:
+            half.state = half.rest_state()
+
+    def step(self, duration: float, velocity: float) -> None:
+        """Advance by exactly `duration` [s] while the velocity goes linearly to `velocity` [m/s].
+
+        Raises
+        ------
+        InputError
+            An argument is not finite or the duration not positive; nothing changes.
+        SimulationError
+            The step could not be computed; the state is the one before the call.
+        """
+        duration = quantity(
+            duration, "s", field="duration", source="step", minimum=0.0, exclusive=True
+        )
+        velocity = quantity(velocity, "m/s", field="velocity", source="step")
+        before = self.snapshot()
+        acceleration = (velocity - self.velocity) / duration
+        jump = not math.isclose(acceleration, self._acceleration, rel_tol=1e-6, abs_tol=1e-6)
+        motion = ramp(self.time, self.travel, duration, self.velocity, velocity, jump)
+        for i, half in enumerate(self._halves):
+            outcome, self._ticks[i], _ = half.advance(motion, self.tolerance, self._ticks[i])
+            if outcome is not Outcome.CONVERGED:
+                reached = float(half.state.clock[0])
+                self.restore(before)
+                raise SimulationError(outcome, reached)
+        self._arrive(motion, velocity)
+
+    def advance(self, duration: float, velocity: Velocity, sample_period: float = 0.001) -> Trace:
+        """Advance by `duration` [s] at a velocity [m/s] that may be a function of time.
+
+        The velocity is applied as it is, jumps included.  On a failure the trace ends where
+        the solver did, its statistics name the outcome, a `RuntimeWarning` repeats it, and
+        the simulation stays where it was before the call.
+
+        Raises
+        ------
+        InputError
+            An argument cannot be used; nothing changes.
+        """
+        duration = quantity(
+            duration, "s", field="duration", source="simulate", minimum=0.0, exclusive=True
+        )
+        sample_period = quantity(
+            sample_period, "s", field="sample_period", source="simulate", minimum=0.0, exclusive=True
+        )
+        motion = follow(velocity, self.time, self.travel, duration)
+        before = self.snapshot()
+        start = clock.perf_counter()
+        counts = sum(half.state.counts for half in self._halves)
+        records = []
+        worst = Outcome.CONVERGED
+        for half in self._halves:
+            outcome, record, filled = half.advance(motion, self.tolerance, _empty_record(half, ROWS))
+            records.append(HalfRecord(*(part[:filled] for part in record)))
+            if outcome is not Outcome.CONVERGED:
+                worst = outcome
+        spent = sum(half.state.counts for half in self._halves) - counts
+        stats = SolverStats(
+            worst, int(spent[0]), int(spent[1]), int(spent[2]), clock.perf_counter() - start
+        )
+        touches = find_unmodelled_touches(self._scene, motion, records)
+        trace = Trace(self._scene, motion, records, sample_period, stats, touches)
+        if stats.converged:
+            last = len(motion.velocity) - 1
+            length = motion.time[last + 1] - motion.time[last]
+            self._arrive(
+                motion, float(motion.velocity[last] + motion.acceleration[last] * length)
+            )
+        else:
+            error = SimulationError(worst, float(trace.time[-1]))
+            warnings.warn(str(error), RuntimeWarning, stacklevel=2)
+            self.restore(before)
+        for touch in touches:
+            warnings.warn(touch, stacklevel=2)
+        return trace
+
+    def state(self) -> SimulationState:
+        """The present instant."""
+        half = self._scene.half
+        right, left = self._halves[0].state, self._halves[-1].state
+        force = (
+            right.load[0]
+            + left.load[0]
+            + half.middle_mass * (self._acceleration - self._scene.gravity)
+        )
+        position, velocity, effort = joint_rows(
+            self._scene,
+            np.array([self.travel, self.velocity, force]),
+            (right.q, right.v),
+            (left.q, left.v),
+        )
+        return SimulationState(
+            time=self.time,
+            travel=self.travel,
+            velocity=self.velocity,
+            actuator_force=float(force),
+            phi_left=float(beam_tangent(half, left.q)),
+            phi_right=float(beam_tangent(half, right.q)),
+            phi_left_rate=float(half.tangent @ np.cumsum(left.v)),
+            phi_right_rate=float(half.tangent @ np.cumsum(right.v)),
+            joint_position=position,
+            joint_velocity=velocity,
+            joint_effort=effort,
+        )
+
+    def snapshot(self) -> Snapshot:
+        """A copy of the complete state."""
+        halves = tuple(_copy(half.state) for half in self._halves)
+        return Snapshot(self.time, self.travel, self.velocity, self._acceleration, halves)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this simulation; it continues bit for bit the same.
+
+        Raises
+        ------
+        InputError
+            The snapshot is of another gripper or of another number of halves.
+        """
+        if len(snapshot.halves) != len(self._halves) or any(
+            a.q.shape != b.state.q.shape or a.modes.normal.shape != b.state.modes.normal.shape
+            for a, b in zip(snapshot.halves, self._halves, strict=False)
+        ):
+            raise InputError("it was taken from another scene", field="snapshot", source="restore")
+        self.time, self.travel = snapshot.time, snapshot.travel
+        self.velocity, self._acceleration = snapshot.velocity, snapshot.acceleration
+        for half, state in zip(self._halves, snapshot.halves, strict=True):
+            half.state = _copy(state)
+
+    def change_scene(self, scene: Scene) -> None:
+        """Put another object or another contact law under the same gripper, in its present pose.
+
+        Raises
+        ------
+        InputError
+            The gripper differs, or the object would overlap it; nothing changes.
+        """
+        old = self._scene
+        same = (
+            scene.design == old.design
+            and scene.discretisation == old.discretisation
+            and scene.elements_top == old.elements_top
+            and scene.elements_beam == old.elements_beam
+        )
+        if not same:
+            raise InputError("the gripper is another one", field="scene", source="change_scene")
+        states = [half.state for half in self._halves]
+        present = [states[0], states[-1]]
+        overlap = deepest_overlap(scene, self.travel, present[0].q, present[1].q)
+        if overlap > 0.0:
+            raise InputError(
+                f"would overlap the gripper by {1e3 * overlap:.3g} mm at travel "
+                f"{1e3 * self.travel:.3g} mm",
+                field="contour",
+                source="change_scene",
+            )
+        alike = np.array_equal(present[0].q, present[1].q)
+        halves = _build_halves(scene, both=not alike)
+        for half, state in zip(halves, present, strict=False):
+            half.state = half.state._replace(
+                clock=state.clock.copy(),
+                q=state.q.copy(),
+                v=state.v.copy(),
+                a=state.a.copy(),
+                load=state.load - state.wrench[1],
+                counts=state.counts.copy(),
+            )
+            half.state.wrench[:] = 0.0
+        self._scene = scene
+        self._halves = halves
+        self._ticks = [_empty_record(half, 64) for half in halves]
+
+    def _arrive(self, motion: Motion, velocity: float) -> None:
+        self.time = float(motion.time[-1])
+        self.travel = float(motion.travel[-1])
+        self.velocity = velocity
+        self._acceleration = float(motion.acceleration[-1])
+
+
+def simulate(
+    scene: Scene,
+    velocity: Velocity,
+    duration: float,
+    tolerance: float = 1e-3,
+    sample_period: float = 0.001,
+) -> Trace:
+    """Simulate a scene from static equilibrium at travel 0.
+
+    Parameters
+    ----------
+    scene
+        What is simulated.
+    velocity
+        Of the prismatic joint, positive towards the object [m/s]: a number or a function of
+        time, which may jump and is applied as it is.
+    duration
+        [s]
+    tolerance
+        See `Simulation`.
+    sample_period
+        Of the trace [s].
+
+    Raises
+    ------
+    InputError
+        An argument cannot be used.
+    SimulationError
+        There is no static equilibrium.
+    """
+    return Simulation(scene, tolerance).advance(duration, velocity, sample_period)
+
+
+def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> float:
+    """How deep the object of a scene overlaps the gripper [m]; negative: the smallest gap.
+
+    Parameters
+    ----------
+    right, left
+        Joint angles of the halves, each in its own frame [rad], shape (n,).
+    """
+    half = scene.half
+    placed = np.empty((len(half.segments.body), 4))
+    gaps, places = np.empty(PARTS), np.empty((PARTS, 2))
+    smallest = np.inf
+    for model, q in zip(scene.models, (right, left), strict=True):
+        place_segments(model.chain, -travel, q, half.segments, placed)
+        part_gaps(half.segments, placed, model.obstacle, gaps, places)
+        smallest = min(smallest, float(gaps.min()))
+    return -smallest
+
+
+def _build_halves(scene: Scene, both: bool = False) -> list[_Half]:
+    models = scene.models if both or not scene.is_symmetric else scene.models[:1]
+    return [_Half(model) for model in models]
+
+
+def _empty_record(half: _Half, rows: int) -> Record:
+    n = half.model.chain.rest.size
+    return Record(
+        np.empty(rows),
+        np.empty((rows, n)),
+        np.empty((rows, n)),
+        np.empty((rows, n)),
+        np.empty((rows, 3)),
+        np.empty((rows, 2)),
+    )
+
+
+def _write_row(record: Record, row: int, state: HalfState) -> None:
+    record.time[row] = state.clock[0]
+    record.q[row] = state.q
+    record.v[row] = state.v
+    record.a[row] = state.a
+    record.wrench[row] = state.wrench
+    record.load[row] = state.load[0]
+
+
+def _copy(state: HalfState) -> HalfState:
+    parts = {name: part.copy() for name, part in state._asdict().items() if name != "modes"}
+    return HalfState(modes=_copy_modes(state.modes), **parts)
+
+
+def _copy_modes(modes: ContactModes) -> ContactModes:
+    return ContactModes(*(part.copy() for part in modes))

@@ -1,0 +1,338 @@
+"""Recorded results of a simulation, sampled at a fixed period, with their units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from hma_gripper_sim.bending import section_moments
+from hma_gripper_sim.discretisation import HalfGripper
+from hma_gripper_sim.kernels.clearance import (
+    OTHER_TIP,
+    PARTS,
+    SIDE_BEAM,
+    TIP_SHANK,
+    TOP_BEAM,
+    first_touches,
+    place_segments,
+)
+from hma_gripper_sim.kernels.integrator import GAMMA, Motion
+from hma_gripper_sim.outcome import SolverStats
+from hma_gripper_sim.quantities import choice
+from hma_gripper_sim.scene import SIDES, Scene
+
+Array = NDArray[np.float64]
+Rows = tuple[Array, Array]
+
+PART_NAMES = {
+    TOP_BEAM: "top beam",
+    SIDE_BEAM: "side beam",
+    TIP_SHANK: "outer side of the tip",
+    OTHER_TIP: "other tip",
+}
+
+
+class HalfRecord(NamedTuple):
+    """Accepted time steps of one half, in its own frame; row 0 is the start.
+
+    `load` is the vertical load on the base at the step's inner stage and at its end [N].
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    a: Array
+    wrench: Array
+    load: Array
+
+
+class UnmodelledContactWarning(UserWarning):
+    """A part that the contact model leaves out would have touched something.
+
+    Attributes
+    ----------
+    part, side
+        Which part, and of which half.
+    time
+        Of the first touch [s].
+    place
+        In world coordinates (x, z) [m].
+    """
+
+    def __init__(self, part: str, side: str, time: float, place: tuple[float, float]) -> None:
+        self.part = part
+        self.side = side
+        self.time = time
+        self.place = place
+        what = "each other" if part == PART_NAMES[OTHER_TIP] else "the object"
+        subject = "the tips" if part == PART_NAMES[OTHER_TIP] else f"the {side} {part}"
+        super().__init__(
+            f"{subject} would touch {what} at t = {time:.4g} s, "
+            f"x = {1e3 * place[0]:.3g} mm, z = {1e3 * place[1]:.3g} mm: "
+            "not modelled, the results from there on are not to be trusted"
+        )
+
+
+class Trace:
+    """Results of a run, at multiples of the sample period.
+
+    Forces come from the solver's own stages and angles from cubic Hermite interpolation
+    between its steps; joint arrays are computed when they are first asked for.
+
+    Attributes
+    ----------
+    scene
+        What was simulated.
+    stats
+        What it cost and how it ended.
+    warnings
+        Parts that would have touched although the contact model leaves them out.
+    time
+        [s], shape (n_samples,)
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        motion: Motion,
+        records: list[HalfRecord],
+        sample_period: float,
+        stats: SolverStats,
+        touches: tuple[UnmodelledContactWarning, ...],
+    ) -> None:
+        self.scene = scene
+        self.stats = stats
+        self.warnings = touches
+        self._motion = motion
+        self._right, self._left = records[0], records[-1]
+        start, end = motion.time[0], min(record.time[-1] for record in records)
+        count = math.floor((end - start) / sample_period * (1.0 + 1e-12)) + 1
+        self.time: Array = start + sample_period * np.arange(count)
+        self._segment = np.clip(
+            np.searchsorted(motion.time, self.time, side="right") - 1, 0, len(motion.velocity) - 1
+        )
+
+    @cached_property
+    def travel(self) -> Array:
+        """Of the prismatic joint, positive towards the object [m], shape (n_samples,)."""
+        i, m = self._segment, self._motion
+        dt = self.time - m.time[i]
+        return np.asarray(m.travel[i] + dt * (m.velocity[i] + 0.5 * m.acceleration[i] * dt))
+
+    @cached_property
+    def velocity(self) -> Array:
+        """Of the prismatic joint, positive towards the object [m/s], shape (n_samples,)."""
+        i, m = self._segment, self._motion
+        return np.asarray(m.velocity[i] + m.acceleration[i] * (self.time - m.time[i]))
+
+    @cached_property
+    def actuator_force(self) -> Array:
+        """Positive when the actuator pushes towards the object [N], shape (n_samples,)."""
+        middle = self.scene.half.middle_mass * (
+            self._motion.acceleration[self._segment] - self.scene.gravity
+        )
+        right, left = (
+            np.interp(self.time, *_load_knots(record)) for record in (self._right, self._left)
+        )
+        return np.asarray(right + left + middle)
+
+    @cached_property
+    def phi_right(self) -> Array:
+        """Angle between top beam and right side beam at mid-length [rad], shape (n_samples,)."""
+        return self.phi("right")
+
+    @cached_property
+    def phi_left(self) -> Array:
+        """Angle between top beam and left side beam at mid-length [rad], shape (n_samples,)."""
+        return self.phi("left")
+
+    def phi(self, side: str, definition: str = "tangent") -> Array:
+        """Angle of deflection of one side (thesis 5.3.2) [rad], shape (n_samples,).
+
+        Parameters
+        ----------
+        side
+            ``right`` or ``left``.
+        definition
+            ``tangent`` of the beam at mid-length, or the ``chord`` between the beam's ends.
+        """
+        record = self._record(side)
+        half = self.scene.half
+        if choice(definition, ("tangent", "chord"), field="definition", source="phi") == "chord":
+            return beam_chord(half, self._half_rows(side)[0])
+        knots = beam_tangent(half, record.q)
+        rates = np.cumsum(record.v, axis=1) @ half.tangent
+        return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of the joint arrays' columns."""
+        return self.scene.joint_names
+
+    @cached_property
+    def joint_position(self) -> Array:
+        """Travel [m] and relative angles [rad], zero when stress-free, (n_samples, n_joints)."""
+        return self._joints[0]
+
+    @cached_property
+    def joint_velocity(self) -> Array:
+        """Their rates [m/s, rad/s], shape (n_samples, n_joints)."""
+        return self._joints[1]
+
+    @cached_property
+    def joint_effort(self) -> Array:
+        """Actuator force [N] and spring-damper moments on the outer body [N m], likewise."""
+        return self._joints[2]
+
+    @cached_property
+    def max_bending_moment(self) -> float:
+        """Largest bending moment of any section at any sample [N m] (`bending`)."""
+        largest = 0.0
+        for record in (self._right, self._left):
+            knots = section_moments(self.scene, record.q, record.v, record.a, record.wrench)
+            moments = _linear(self.time, record.time, knots)
+            largest = max(largest, float(np.abs(moments).max()))
+        return largest
+
+    @property
+    def max_stress(self) -> float:
+        """Largest bending stress [Pa] (thesis Eq. 5.1)."""
+        return self.scene.design.bending_stress(self.max_bending_moment)
+
+    @property
+    def stress_ratio(self) -> float:
+        """Largest stress relative to the end of the material's linear range."""
+        return self.max_stress / self.scene.design.material.stress_limit
+
+    @cached_property
+    def _joints(self) -> tuple[Array, Array, Array]:
+        slide = np.stack([self.travel, self.velocity, self.actuator_force])
+        return joint_rows(self.scene, slide, self._half_rows("right"), self._half_rows("left"))
+
+    def _half_rows(self, side: str) -> Rows:
+        """Joint angles and rates of one half in its own frame, shape (n_samples, n)."""
+        record = self._record(side)
+        angles = CubicHermiteSpline(record.time, record.q, record.v)(self.time)
+        return np.asarray(angles), _linear(self.time, record.time, record.v)
+
+    def _record(self, side: str) -> HalfRecord:
+        return self._right if choice(side, SIDES, field="side") == "right" else self._left
+
+
+def beam_tangent(half: HalfGripper, q: Array) -> Array:
+    """Angle between top beam and the side beam's tangent at mid-length [rad].
+
+    `q`: joint angles of one half, shape (..., n).
+    """
+    angles = np.cumsum(q + half.chain.rest, axis=-1)
+    return np.asarray(np.pi + angles @ half.tangent)
+
+
+def beam_chord(half: HalfGripper, q: Array) -> Array:
+    """Angle between top beam and the line through the side beam's ends [rad]; `q` likewise."""
+    angles = np.cumsum(q + half.chain.rest, axis=-1)
+    (first, start), (last, end) = half.beam_start, half.beam_end
+    links = np.exp(1j * angles) * (half.chain.link[:, 0] + 1j * half.chain.link[:, 1])
+    chord = links[..., first:last].sum(axis=-1)
+    chord += np.exp(1j * angles[..., last]) * complex(*end)
+    chord -= np.exp(1j * angles[..., first]) * complex(*start)
+    return np.asarray(np.pi + np.angle(chord))
+
+
+def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Array, Array, Array]:
+    """Arrange both halves as the joint arrays of ``scene.joint_names``.
+
+    Parameters
+    ----------
+    slide
+        Travel, velocity and actuator force, shape (3, ...).
+    right, left
+        Angles and rates of each half in its own frame, shape (..., n).
+
+    Returns
+    -------
+    position, velocity, effort
+        Shape (..., n_joints).
+    """
+    half = scene.half
+    order = _joint_order(half)
+    stiffness, damping = half.chain.stiffness, half.chain.damping
+
+    def arrange(first: Array, of_right: Array, of_left: Array) -> Array:
+        both = np.concatenate([of_right, -of_left], axis=-1)[..., order]
+        return np.concatenate([first[..., None], both], axis=-1)
+
+    def effort(rows: Rows) -> Array:
+        return np.asarray(-(stiffness * rows[0] + damping * rows[1]))
+
+    return (
+        arrange(slide[0], right[0], left[0]),
+        arrange(slide[1], right[1], left[1]),
+        arrange(slide[2], effort(right), effort(left)),
+    )
+
+
+def find_unmodelled_touches(
+    scene: Scene, motion: Motion, records: list[HalfRecord]
+) -> tuple[UnmodelledContactWarning, ...]:
+    """First touch of each part that the contact model leaves out, in order of time."""
+    half = scene.half
+    touches = []
+    found = np.empty((PARTS, 3))
+    sides = list(zip(SIDES, (records[0], records[-1]), scene.models, strict=True))
+    for (side, record, model), (_, other, _) in zip(sides, sides[::-1], strict=True):
+        travel = np.interp(record.time, motion.time, motion.travel)
+        flank = _mirrored_flank(half, travel, record.time, other)
+        first_touches(
+            model.chain, half.segments, model.obstacle, record.time, travel, record.q, flank, found
+        )
+        for part, (time, x, z) in enumerate(found):
+            if np.isfinite(time) and not (part == OTHER_TIP and side == "left"):
+                place = (float(x) if side == "right" else -float(x), float(z))
+                touches.append(UnmodelledContactWarning(PART_NAMES[part], side, float(time), place))
+    return tuple(sorted(touches, key=lambda touch: touch.time))
+
+
+def _mirrored_flank(half: HalfGripper, travel: Array, time: Array, other: HalfRecord) -> Array:
+    """Axis of the other half's flank at the given times, in this half's frame, (r, 4)."""
+    placed = np.empty((len(half.segments.body), 4))
+    flank = np.empty((len(time), 4))
+    angles = other.q if other.time is time else _linear(time, other.time, other.q)
+    for row, (height, q) in enumerate(zip(-travel, angles, strict=True)):
+        place_segments(half.chain, height, q, half.segments, placed)
+        flank[row] = placed[-1] * (-1.0, 1.0, -1.0, 1.0)
+    return flank
+
+
+def _joint_order(half: HalfGripper) -> NDArray[np.intp]:
+    """Columns of (right, left) halves in the order of the joint names."""
+    n = len(half.joints)
+    columns = []
+    for part in ("top", "beam", "tip"):
+        for offset in (0, n):
+            columns += [offset + i for i, (kind, _) in enumerate(half.joints) if kind == part]
+    return np.array(columns)
+
+
+def _load_knots(record: HalfRecord) -> tuple[Array, Array]:
+    """Times and loads at all stages of all steps."""
+    time = np.empty(2 * len(record.time) - 1)
+    load = np.empty_like(time)
+    time[0::2] = record.time
+    time[1::2] = record.time[:-1] + GAMMA * np.diff(record.time)
+    load[0::2] = record.load[:, 1]
+    load[1::2] = record.load[1:, 0]
+    return time, load
+
+
+def _linear(at: Array, time: Array, rows: Array) -> Array:
+    """Linear interpolation of all columns of `rows`."""
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, max(0, len(time) - 2))
+    share = ((at - time[i]) / (time[i + 1] - time[i]))[:, None]
+    return np.asarray(rows[i] + share * (rows[i + 1] - rows[i]))
