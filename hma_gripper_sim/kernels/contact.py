@@ -3,8 +3,8 @@
 The object is a convex polygon (its core; a circle's is one vertex) rounded by a radius.  The
 tip touches it either with a capsule (one closest-point query) or with the sampled points of
 the thesis' Parameters.m.  `solve_contact` finds the wrench for which the contact law and the
-linearised chain agree: Newton's method on the pose of the tip, with a mode for each contact
-(open, grazing or closed; sticking or sliding either way) that is revised in every iteration.
+linearised chain agree: Newton's method on the pose of the tip with a mode for each contact
+(open, grazing or closed; sticking or sliding either way), revised whenever it has converged.
 
 Law (thesis 4.3): ``F_N = max(0, -k n - b n')`` for ``n <= 0`` and Coulomb friction, either
 set-valued (a stick force is a multiplier that holds the slip at zero) or regularised with a
@@ -34,8 +34,9 @@ STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
 FORCE_ACCURACY = 1e-10  # N
 POSITION_NOISE = 1e-16  # m; rounding of a gap
 LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
-MAX_ITERATIONS = 60
-BLOCK_ITERATIONS = 20  # after these only one contact changes its mode at a time
+JUDGED = 1e-5  # reduction of the residual from which on the modes can be judged
+MAX_ITERATIONS = 80
+BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
 
 
 class Obstacle(NamedTuple):
@@ -78,6 +79,7 @@ class ContactWork(NamedTuple):
     """Contact forces, their sum and its tangent; one row per contact candidate."""
 
     modes: ContactModes
+    wanted: ContactModes  # what the last evaluation shows the modes should be
     normal_force: Array  # [N], shape (k,)
     friction_force: Array  # along the tangent, 90 degrees left of the normal [N], shape (k,)
     place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
@@ -105,6 +107,7 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
     """Allocate the buffers for a fingertip."""
     k = 1 if fingertip.capsule else len(fingertip.points)
     return ContactWork(
+        contact_modes(k),
         contact_modes(k),
         np.zeros(k),
         np.zeros(k),
@@ -332,17 +335,18 @@ def _evaluate(
     law: ContactLaw,
     s: float,
     tip: TipResponse,
-    changes_allowed: int,
-    first: bool,
+    fresh: bool,
     work: ContactWork,
 ) -> bool:
-    """Revise the modes at the trial increment, then evaluate the forces and their tangent.
+    """Evaluate the forces of the present modes and their tangent at the trial increment.
 
-    Returns whether no mode had to change and all stick forces have settled.  At the `first`
-    increment, which no sticking contact has shaped yet, sticking is not judged.
+    Also notes the modes that the result asks for.  `fresh` says that the modes have not
+    shaped the increment yet: then the slip of a sticking contact means nothing.
+
+    Returns whether all stick forces have settled.
     """
-    modes = work.modes
-    settled = not first
+    modes, wanted = work.modes, work.wanted
+    settled = True
     for j in range(3):
         work.pose[j] = tip.pose[j] + work.increment[j]
     work.wrench[:] = 0.0
@@ -377,7 +381,10 @@ def _evaluate(
             )
         turning = gliding or fingertip.along_tip_normal  # the force's direction turns with the tip
         gap = distance - obstacle.radius - radius
-        if gap > 0.0 and modes.normal[k] == OPEN:
+        mode = modes.normal[k]
+        wanted.normal[k] = mode
+        wanted.friction[k] = modes.friction[k]
+        if gap > 0.0 and mode == OPEN:
             continue
         ex, ez = nx, nz
         if fingertip.along_tip_normal:
@@ -387,17 +394,8 @@ def _evaluate(
         approach = ex * (vx - omega * lz) + ez * (vz + omega * lx)
         push = -law.stiffness * gap - law.damping * approach
 
-        mode = _normal_mode(modes.normal[k], gap, push, approach)
-        if mode != modes.normal[k]:
-            settled = False
-            if changes_allowed > 0:
-                changes_allowed -= 1
-                if modes.normal[k] == OPEN:  # a sticking contact always has a solution
-                    modes.friction[k] = STICK
-                modes.normal[k] = mode
-        mode = modes.normal[k]
+        wanted.normal[k] = _normal_mode(mode, gap, push, approach)
         if mode == OPEN:
-            modes.stick_force[k] = 0.0
             continue
         row = work.row
         normal, stiffness, damping = push, law.stiffness, law.damping * s
@@ -440,37 +438,29 @@ def _evaluate(
         else:
             state = modes.friction[k]
             if state == STICK:
-                friction = -grip * slip if regularised else modes.stick_force[k] - grip * slip
-                if abs(friction) > limit * (1.0 + 1e-9) and not first:
-                    settled = False
-                    if changes_allowed > 0:
-                        changes_allowed -= 1
-                        state = SLIP_LEFT if friction > 0.0 else SLIP_RIGHT
-                elif not regularised and not first:
-                    change = abs(friction - modes.stick_force[k])
-                    if change > STICK_TOLERANCE * limit:
-                        settled = False
-                    modes.stick_force[k] = friction
-            elif state * slip > -threshold:
-                settled = False
-                if changes_allowed > 0:
-                    changes_allowed -= 1
-                    modes.stick_force[k] = state * limit
-                    state = STICK
-            modes.friction[k] = state
-            if state == STICK:
-                base = 0.0 if regularised else modes.stick_force[k]
-                friction = base - grip * slip
-                row[1, 0] = -grip * s * tx
-                row[1, 1] = -grip * s * tz
-                row[1, 2] = -grip * s * lever
-                if regularised and normal > 0.0:
+                pull = grip * slip
+                if regularised:
+                    friction = -pull
                     for j in range(3):
-                        row[1, j] += friction / normal * row[0, j]
+                        row[1, j] = friction / normal * row[0, j] if normal != 0.0 else 0.0
+                else:
+                    if not fresh:
+                        modes.stick_force[k] -= pull
+                    friction = modes.stick_force[k] - pull
+                    row[1, 0] = row[1, 1] = row[1, 2] = 0.0
+                    settled = settled and not fresh and abs(pull) <= STICK_TOLERANCE * limit
+                row[1, 0] -= grip * s * tx
+                row[1, 1] -= grip * s * tz
+                row[1, 2] -= grip * s * lever
+                held = friction if regularised else modes.stick_force[k]
+                if normal > 0.0 and not fresh and abs(held) > limit * (1.0 + 1e-9):
+                    wanted.friction[k] = SLIP_LEFT if held > 0.0 else SLIP_RIGHT
             else:
                 friction = state * limit
                 for j in range(3):
                     row[1, j] = state * law.friction * row[0, j]
+                if state * slip > -threshold:
+                    wanted.friction[k] = STICK
 
         fx, fz = normal * ex + friction * tx, normal * ez + friction * tz
         for j in range(3):
@@ -537,6 +527,30 @@ def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
 
 
 @kernel
+def _revise_modes(work: ContactWork, one_only: bool, closing_only: bool) -> bool:
+    """Take over the wanted modes, or only the first of them; return whether any changed."""
+    modes, wanted = work.modes, work.wanted
+    changed = False
+    for k in range(modes.normal.size):
+        if wanted.normal[k] != modes.normal[k]:
+            if closing_only and modes.normal[k] != OPEN:
+                continue
+            if modes.normal[k] == OPEN:  # a sticking contact always has a solution
+                modes.friction[k] = STICK
+                modes.stick_force[k] = 0.0
+            modes.normal[k] = wanted.normal[k]
+        elif wanted.friction[k] != modes.friction[k] and not closing_only:
+            modes.stick_force[k] = work.friction_force[k]
+            modes.friction[k] = wanted.friction[k]
+        else:
+            continue
+        changed = True
+        if one_only:
+            break
+    return changed
+
+
+@kernel
 def solve_contact(
     fingertip: Fingertip,
     obstacle: Obstacle,
@@ -556,11 +570,11 @@ def solve_contact(
     )
     for j in range(3):
         work.increment[j] = tip.free[j]
+    fresh, reference, revisions = True, 0.0, 0
     for iteration in range(MAX_ITERATIONS):
-        allowed = work.modes.normal.size * 2 if iteration < BLOCK_ITERATIONS else 1
-        settled = _evaluate(
-            fingertip, obstacle, law, s, tip, allowed, iteration == 0, work
-        )
+        settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
+        if iteration == 0 and _revise_modes(work, False, True):
+            settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
         square = 0.0
         for i in range(3):
             r = work.increment[i] - tip.free[i]
@@ -569,8 +583,16 @@ def solve_contact(
             work.residual[i] = r
             weight = LENGTH if i == 2 else 1.0
             square += (weight * r) ** 2
-        if settled and square <= accuracy * accuracy:
-            return True
+        residual = np.sqrt(square)
+        if fresh:
+            reference = residual
+        if residual <= max(accuracy, JUDGED * reference):
+            if _revise_modes(work, revisions >= BLOCK_REVISIONS, False):
+                revisions += 1
+                fresh = True
+                continue
+            if settled and residual <= accuracy:
+                return True
         for i in range(3):
             for j in range(3):
                 entry = 1.0 if i == j else 0.0
@@ -581,4 +603,5 @@ def solve_contact(
             return False
         for j in range(3):
             work.increment[j] -= work.correction[j]
+        fresh = False
     return False
