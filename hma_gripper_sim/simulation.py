@@ -28,7 +28,8 @@ from hma_gripper_sim.motion import Velocity, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.trace import HalfRecord, Trace, beam_tangent, find_unmodelled_touches, joint_rows
+from hma_gripper_sim.record import HalfRecord
+from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, joint_rows
 
 Array = NDArray[np.float64]
 
@@ -106,6 +107,7 @@ class _Half:
             wrench=self.work.tip.wrench.copy(),
             modes=_copy_modes(self.work.contact.modes),
             load=np.array([load]),
+            work=np.zeros(4),
             counts=np.zeros(3, dtype=np.int64),
         )
 
@@ -334,6 +336,7 @@ class Simulation:
                 v=state.v.copy(),
                 a=state.a.copy(),
                 load=state.load - state.wrench[1],
+                work=state.work.copy(),
                 counts=state.counts.copy(),
             )
             half.state.wrench[:] = 0.0
@@ -414,6 +417,7 @@ def _empty_record(half: _Half, rows: int) -> Record:
         np.empty((rows, n)),
         np.empty((rows, 3)),
         np.empty((rows, 2)),
+        np.empty((rows, 4)),
     )
 
 
@@ -424,6 +428,7 @@ def _write_row(record: Record, row: int, state: HalfState) -> None:
     record.a[row] = state.a
     record.wrench[row] = state.wrench
     record.load[row] = state.load[0]
+    record.work[row] = state.work
 
 
 def _copy(state: HalfState) -> HalfState:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim.bending import section_moments
 from hma_gripper_sim.discretisation import HalfGripper
+from hma_gripper_sim.energy import EnergyBalance, energy_balance
 from hma_gripper_sim.kernels.clearance import (
     OTHER_TIP,
     PARTS,
@@ -25,6 +25,7 @@ from hma_gripper_sim.kernels.clearance import (
 from hma_gripper_sim.kernels.integrator import GAMMA, Motion
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
+from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import SIDES, Scene
 
 Array = NDArray[np.float64]
@@ -36,20 +37,6 @@ PART_NAMES = {
     TIP_SHANK: "outer side of the tip",
     OTHER_TIP: "other tip",
 }
-
-
-class HalfRecord(NamedTuple):
-    """Accepted time steps of one half, in its own frame; row 0 is the start.
-
-    `load` is the vertical load on the base at the step's inner stage and at its end [N].
-    """
-
-    time: Array
-    q: Array
-    v: Array
-    a: Array
-    wrench: Array
-    load: Array
 
 
 class UnmodelledContactWarning(UserWarning):
@@ -209,6 +196,11 @@ class Trace:
     def stress_ratio(self) -> float:
         """Largest stress relative to the end of the material's linear range."""
         return self.max_stress / self.scene.design.material.stress_limit
+
+    @cached_property
+    def energy(self) -> EnergyBalance:
+        """Where the work of the actuator and of gravity went, from start to end."""
+        return energy_balance(self.scene, self._motion, (self._right, self._left))
 
     @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:

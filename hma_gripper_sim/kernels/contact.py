@@ -82,6 +82,7 @@ class ContactWork(NamedTuple):
     wanted: ContactModes  # what the last evaluation shows the modes should be
     normal_force: Array  # [N], shape (k,)
     friction_force: Array  # along the tangent, 90 degrees left of the normal [N], shape (k,)
+    slip: Array  # tangential velocity [m/s], shape (k,)
     place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
     direction: Array  # of the normal force on the tip, shape (k, 2)
     wrench: Array  # on the tip about the last joint: fx, fz, m; shape (3,)
@@ -109,6 +110,7 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
     return ContactWork(
         contact_modes(k),
         contact_modes(k),
+        np.zeros(k),
         np.zeros(k),
         np.zeros(k),
         np.zeros((k, 2)),
@@ -396,6 +398,8 @@ def _evaluate(
 
         wanted.normal[k] = _normal_mode(mode, gap, push, approach)
         if mode == OPEN:
+            slip = tx * (vx - omega * lz) + tz * (vz + omega * lx) - radius * omega
+            wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
             continue
         row = work.row
         normal, stiffness, damping = push, law.stiffness, law.damping * s
@@ -495,6 +499,7 @@ def _evaluate(
         work.wrench[2] += lx * fz - lz * fx - radius * friction
         work.normal_force[k] = normal
         work.friction_force[k] = friction
+        work.slip[k] = slip
         work.direction[k, 0] = ex
         work.direction[k, 1] = ez
         work.place[k, 0] = work.pose[0] + lx
@@ -527,25 +532,30 @@ def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
 
 
 @kernel
-def _revise_modes(work: ContactWork, one_only: bool, closing_only: bool) -> bool:
-    """Take over the wanted modes, or only the first of them; return whether any changed."""
+def _revise_modes(work: ContactWork, revision: int) -> bool:
+    """Take over the wanted modes; return whether any changed.
+
+    The first revision only closes contacts, late ones change one contact each.  A contact
+    that closes slides as it moves; if that has been tried, it sticks: one of both has a
+    solution unless the step is too long.
+    """
     modes, wanted = work.modes, work.wanted
     changed = False
     for k in range(modes.normal.size):
         if wanted.normal[k] != modes.normal[k]:
-            if closing_only and modes.normal[k] != OPEN:
-                continue
-            if modes.normal[k] == OPEN:  # a sticking contact always has a solution
-                modes.friction[k] = STICK
+            if modes.normal[k] == OPEN:
+                modes.friction[k] = wanted.friction[k] if revision % 2 == 0 else STICK
                 modes.stick_force[k] = 0.0
+            elif revision == 0:
+                continue
             modes.normal[k] = wanted.normal[k]
-        elif wanted.friction[k] != modes.friction[k] and not closing_only:
+        elif wanted.friction[k] != modes.friction[k] and revision > 0 and modes.normal[k] != OPEN:
             modes.stick_force[k] = work.friction_force[k]
             modes.friction[k] = wanted.friction[k]
         else:
             continue
         changed = True
-        if one_only:
+        if revision > BLOCK_REVISIONS:
             break
     return changed
 
@@ -573,7 +583,7 @@ def solve_contact(
     fresh, reference, revisions = True, 0.0, 0
     for iteration in range(MAX_ITERATIONS):
         settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
-        if iteration == 0 and _revise_modes(work, False, True):
+        if iteration == 0 and _revise_modes(work, 0):
             settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
         square = 0.0
         for i in range(3):
@@ -587,8 +597,8 @@ def solve_contact(
         if fresh:
             reference = residual
         if residual <= max(accuracy, JUDGED * reference):
-            if _revise_modes(work, revisions >= BLOCK_REVISIONS, False):
-                revisions += 1
+            revisions += 1
+            if _revise_modes(work, revisions):
                 fresh = True
                 continue
             if settled and residual <= accuracy:

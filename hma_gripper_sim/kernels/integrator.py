@@ -55,6 +55,7 @@ class HalfState(NamedTuple):
     wrench: Array  # contact wrench on the tip [N, N, N m], shape (3,)
     modes: ContactModes
     load: Array  # vertical load on the base [N], shape (1,)
+    work: Array  # see `Record.work`, shape (4,)
     counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
 
 
@@ -67,6 +68,7 @@ class Record(NamedTuple):
     a: Array  # shape (c, n)
     wrench: Array  # shape (c, 3)
     load: Array  # vertical load on the base at the inner stage and at the end, shape (c, 2)
+    work: Array  # done by the base, lost in joints, given to contacts, lost in friction, (c, 4)
 
 
 class StepWork(NamedTuple):
@@ -80,11 +82,12 @@ class StepWork(NamedTuple):
     v1: Array
     a1: Array
     load: Array  # vertical load on the base at both stages [N], shape (2,)
+    power: Array  # rates of `Record.work` at both stages [W], shape (2, 4)
 
 
 def step_work(n: int) -> StepWork:
     """Allocate the stage vectors for `n` joints."""
-    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2))
+    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2), np.zeros((2, 4)))
 
 
 @kernel
@@ -98,6 +101,22 @@ def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
     base[0] = -(motion.travel[segment] + dt * (velocity + 0.5 * acceleration * dt))
     base[1] = -(velocity + acceleration * dt)
     base[2] = -acceleration
+
+
+@kernel
+def stage_power(model: Model, s: float, v: Array, work: Work, power: Array) -> None:
+    """Rates of `Record.work` at the end of a stage [W], into `power`, shape (4,)."""
+    contact, tip = work.contact, work.tip
+    power[0] = -work.tip.root_force[0] * work.base[1]
+    power[1] = 0.0
+    for i in range(v.size):
+        power[1] += model.chain.damping[i] * v[i] * v[i]
+    power[2] = 0.0
+    for j in range(3):
+        power[2] -= contact.wrench[j] * (tip.twist[j] + s * contact.increment[j])
+    power[3] = 0.0
+    for k in range(contact.slip.size):
+        power[3] -= contact.friction_force[k] * contact.slip[k]
 
 
 @kernel
@@ -170,6 +189,10 @@ def integrate(
             state.wrench[j] = work.tip.wrench[j]
             record.wrench[filled, j] = state.wrench[j]
         copy_modes(work.contact.modes, state.modes)
+        for j in range(4):
+            power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
+            state.work[j] += h * power
+            record.work[filled, j] = state.work[j]
         record.time[filled] = state.clock[0]
         record.load[filled, 0] = scratch.load[0]
         record.load[filled, 1] = scratch.load[1]
@@ -211,6 +234,7 @@ def _try_step(
     if iterations == 0:
         return np.inf
     inner_load = work.tip.root_force[0]
+    stage_power(model, s, scratch.v1, work, scratch.power[0])
     for i in range(n):
         scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
         scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
@@ -222,6 +246,7 @@ def _try_step(
     if more == 0:
         return np.inf
     state.counts[2] += iterations + more
+    stage_power(model, s, scratch.v, work, scratch.power[1])
     turn, angle = 0.0, 0.0
     for i in range(n):
         turn += GAMMA * h * (scratch.v[i] - scratch.v1[i])
