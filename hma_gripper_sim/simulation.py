@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
-from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes
+from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.integrator import (
     DONE,
     FULL,
@@ -99,6 +99,16 @@ class _Half:
         if not solve_stage(self.model, 0.0, 1e-14, zero, zero, q, v, a, self.work):
             raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
         load = self.work.tip.root_force[0]
+        candidates = len(self.work.contact.normal_force)
+        gap, approach = np.zeros(candidates), np.zeros(candidates)
+        measure_gaps(
+            self.model.fingertip,
+            self.model.obstacle,
+            self.work.contact.pose,
+            self.work.tip.twist,
+            gap,
+            approach,
+        )
         return HalfState(
             clock=np.array([0.0, FIRST_STEP, abs(load)]),
             q=q,
@@ -106,6 +116,8 @@ class _Half:
             a=a,
             wrench=self.work.tip.wrench.copy(),
             modes=_copy_modes(self.work.contact.modes),
+            gap=gap,
+            approach=approach,
             load=np.array([load]),
             work=np.zeros(4),
             counts=np.zeros(3, dtype=np.int64),
@@ -228,11 +240,11 @@ class Simulation:
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
+        touches = find_unmodelled_touches(self._scene, motion, records)
         spent = sum(half.state.counts for half in self._halves) - counts
         stats = SolverStats(
             worst, int(spent[0]), int(spent[1]), int(spent[2]), clock.perf_counter() - start
         )
-        touches = find_unmodelled_touches(self._scene, motion, records)
         trace = Trace(self._scene, motion, records, sample_period, stats, touches)
         if stats.converged:
             last = len(motion.velocity) - 1

@@ -20,7 +20,7 @@ from hma_gripper_sim.kernels.clearance import (
     TIP_SHANK,
     TOP_BEAM,
     first_touches,
-    place_segments,
+    mirrored_flanks,
 )
 from hma_gripper_sim.kernels.integrator import GAMMA, Motion
 from hma_gripper_sim.outcome import SolverStats
@@ -277,29 +277,25 @@ def find_unmodelled_touches(
     half = scene.half
     touches = []
     found = np.empty((PARTS, 3))
-    sides = list(zip(SIDES, (records[0], records[-1]), scene.models, strict=True))
-    for (side, record, model), (_, other, _) in zip(sides, sides[::-1], strict=True):
+    mirrored = len(records) == 1
+    for i, record in enumerate(records):
+        other, model = records[-1 - i], scene.models[i]
         travel = np.interp(record.time, motion.time, motion.travel)
-        flank = _mirrored_flank(half, travel, record.time, other)
+        angles = record.q if mirrored else _linear(record.time, other.time, other.q)
+        flanks = np.empty((len(record.time), 4))
+        mirrored_flanks(half.chain, half.segments, travel, angles, flanks)
         first_touches(
-            model.chain, half.segments, model.obstacle, record.time, travel, record.q, flank, found
+            model.chain, half.segments, model.obstacle, record.time, travel, record.q, flanks, found
         )
         for part, (time, x, z) in enumerate(found):
-            if np.isfinite(time) and not (part == OTHER_TIP and side == "left"):
-                place = (float(x) if side == "right" else -float(x), float(z))
-                touches.append(UnmodelledContactWarning(PART_NAMES[part], side, float(time), place))
+            if np.isinf(time):
+                continue
+            for side in SIDES if mirrored else SIDES[i : i + 1]:
+                if part != OTHER_TIP or side == "right":
+                    place = (float(x) if side == "right" else -float(x), float(z))
+                    touch = UnmodelledContactWarning(PART_NAMES[part], side, float(time), place)
+                    touches.append(touch)
     return tuple(sorted(touches, key=lambda touch: touch.time))
-
-
-def _mirrored_flank(half: HalfGripper, travel: Array, time: Array, other: HalfRecord) -> Array:
-    """Axis of the other half's flank at the given times, in this half's frame, (r, 4)."""
-    placed = np.empty((len(half.segments.body), 4))
-    flank = np.empty((len(time), 4))
-    angles = other.q if other.time is time else _linear(time, other.time, other.q)
-    for row, (height, q) in enumerate(zip(-travel, angles, strict=True)):
-        place_segments(half.chain, height, q, half.segments, placed)
-        flank[row] = placed[-1] * (-1.0, 1.0, -1.0, 1.0)
-    return flank
 
 
 def _joint_order(half: HalfGripper) -> NDArray[np.intp]:

@@ -83,6 +83,17 @@ def tip_response() -> TipResponse:
 
 
 @kernel
+def rotation(angle: float) -> tuple[float, float]:
+    """Cosine and sine; by their series, to rounding, for the small angles of most joints."""
+    if abs(angle) > 0.35:
+        return np.cos(angle), np.sin(angle)
+    y = angle * angle
+    cos = y * (1 / 24 - y * (1 / 720 - y * (1 / 40320 - y * (1 / 3628800 - y / 479001600))))
+    sin = y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y / 39916800)))
+    return 1.0 - y * (0.5 - cos), angle * (1.0 - y * (1 / 6 - sin))
+
+
+@kernel
 def place(
     chain: Chain, base: Array, gravity: float, q: Array, v: Array, a: Array, work: ChainWork, tip: TipResponse
 ) -> None:
@@ -92,6 +103,7 @@ def place(
     """
     n = q.size
     angle, omega, alpha = 0.0, 0.0, 0.0
+    cos, sin = 1.0, 0.0
     x, z = chain.root[0], base[0] + chain.root[1]
     vx, vz = 0.0, base[1]
     ax, az = 0.0, base[2]
@@ -99,7 +111,8 @@ def place(
         angle += chain.rest[i] + q[i]
         omega += v[i]
         alpha += a[i]
-        cos, sin = np.cos(angle), np.sin(angle)
+        turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
+        cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
         cx = cos * chain.centre[i, 0] - sin * chain.centre[i, 1]
         cz = sin * chain.centre[i, 0] + cos * chain.centre[i, 1]
         work.arm[i, 0] = cx

@@ -49,6 +49,19 @@ def place_segments(chain: Chain, height: float, q: Array, segments: Segments, pl
 
 
 @kernel
+def mirrored_flanks(
+    chain: Chain, segments: Segments, travel: Array, q: Array, flanks: Array
+) -> None:
+    """Axis of the tip's flank in the frame of the other half, for each row of `q`, (r, 4)."""
+    placed = np.empty((segments.body.size, 4))
+    last = segments.body.size - 1
+    for row in range(travel.size):
+        place_segments(chain, -travel[row], q[row], segments, placed)
+        for j in range(4):
+            flanks[row, j] = -placed[last, j] if j % 2 == 0 else placed[last, j]
+
+
+@kernel
 def part_gaps(
     segments: Segments, placed: Array, obstacle: Obstacle, gaps: Array, places: Array
 ) -> None:

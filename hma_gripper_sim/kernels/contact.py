@@ -35,7 +35,7 @@ FORCE_ACCURACY = 1e-10  # N
 POSITION_NOISE = 1e-16  # m; rounding of a gap
 LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
 JUDGED = 1e-5  # reduction of the residual from which on the modes can be judged
-MAX_ITERATIONS = 80
+MAX_ITERATIONS = 30
 BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
 
 
@@ -172,6 +172,20 @@ def point_distance(obstacle: Obstacle, x: float, z: float) -> tuple[float, float
 
 
 @kernel
+def is_outside(obstacle: Obstacle, x: float, z: float) -> bool:
+    """Whether a point is seen at a glance to be outside; False leaves it open."""
+    vertices, normals = obstacle.vertices, obstacle.normals
+    if vertices.shape[0] == 1:
+        dx, dz = x - vertices[0, 0], z - vertices[0, 1]
+        return dx * dx + dz * dz > obstacle.radius * obstacle.radius
+    for i in range(vertices.shape[0]):
+        d = normals[i, 0] * (x - vertices[i, 0]) + normals[i, 1] * (z - vertices[i, 1])
+        if d > obstacle.radius:
+            return True
+    return False
+
+
+@kernel
 def segment_distance(
     obstacle: Obstacle, ax: float, az: float, bx: float, bz: float
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -195,6 +209,8 @@ def segment_distance(
     ux, uz = bx - ax, bz - az
     length = np.sqrt(ux * ux + uz * uz)
     ux, uz = ux / length, uz / length
+    if m == 1:
+        return _segment_to_point(vertices[0, 0] - ax, vertices[0, 1] - az, ux, uz, length)
     # Normal of the segment that points away from the object, and the object's support there.
     sx, sz = -uz, ux
     if sx * (ax - obstacle.centre[0]) + sz * (az - obstacle.centre[1]) < 0.0:
@@ -207,14 +223,13 @@ def segment_distance(
     side = sx * ax + sz * az - support
     along = (ux * (vertices[corner, 0] - ax) + uz * (vertices[corner, 1] - az)) / length
     deepest, face = -np.inf, 0
-    if m > 1:
-        for i in range(m):
-            nx, nz = normals[i, 0], normals[i, 1]
-            fa = nx * (ax - vertices[i, 0]) + nz * (az - vertices[i, 1])
-            fb = nx * (bx - vertices[i, 0]) + nz * (bz - vertices[i, 1])
-            if min(fa, fb) > deepest:
-                deepest, face = min(fa, fb), i
-    parted = side > 0.0 or deepest > 0.0 or m == 1
+    for i in range(m):
+        nx, nz = normals[i, 0], normals[i, 1]
+        fa = nx * (ax - vertices[i, 0]) + nz * (az - vertices[i, 1])
+        fb = nx * (bx - vertices[i, 0]) + nz * (bz - vertices[i, 1])
+        if min(fa, fb) > deepest:
+            deepest, face = min(fa, fb), i
+    parted = side > 0.0 or deepest > 0.0
     if (0.0 < along < 1.0 and side > 0.0) or (not parted and side > deepest):
         along = min(1.0, max(0.0, along))
         flat, slope = _face_below_vertex(obstacle, corner, sx, sz, ux, uz, along, length)
@@ -229,9 +244,29 @@ def segment_distance(
         distance, nx, nz, curvature = deepest, normals[face, 0], normals[face, 1], 0.0
         along = 0.0 if nx * ux + nz * uz > 0.0 else 1.0
     flat, slope = 0.0, 1.0
-    if m > 1 and curvature == 0.0:
+    if curvature == 0.0:
         flat, slope = _face_below_end(obstacle, ax, az, bx, bz, ux, uz, along, nx, nz)
     return distance, nx, nz, along, curvature, flat, slope
+
+
+@kernel
+def _segment_to_point(
+    px: float, pz: float, ux: float, uz: float, length: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """`segment_distance` for a core of one vertex at (px, pz) from the segment's start."""
+    along = ux * px + uz * pz
+    if 0.0 < along < length:
+        side = uz * px - ux * pz
+        if side >= 0.0:
+            return side, -uz, ux, along / length, -1.0, 0.0, 1.0
+        return -side, uz, -ux, along / length, -1.0, 0.0, 1.0
+    end = 0.0
+    if along >= length:
+        px, pz, end = px - length * ux, pz - length * uz, 1.0
+    distance = np.sqrt(px * px + pz * pz)
+    if distance == 0.0:
+        return 0.0, 0.0, 1.0, end, 0.0, 0.0, 1.0
+    return distance, -px / distance, -pz / distance, end, 1.0 / distance, 0.0, 1.0
 
 
 @kernel
@@ -249,8 +284,6 @@ def _face_below_vertex(
     vertices = obstacle.vertices
     m = vertices.shape[0]
     flat, slope = 0.0, 1.0
-    if m == 1:
-        return flat, slope
     for step in range(2):
         other = (corner + 1) % m if step == 0 else (corner + m - 1) % m
         ex, ez = vertices[other, 0] - vertices[corner, 0], vertices[other, 1] - vertices[corner, 1]
@@ -317,6 +350,30 @@ def _pressure_centre(depth: float, flat: float, slope: float) -> tuple[float, fl
 
 
 @kernel
+def measure_gaps(
+    fingertip: Fingertip, obstacle: Obstacle, pose: Array, twist: Array, gap: Array, rate: Array
+) -> None:
+    """Gap of each contact candidate [m] and its rate [m/s], shape (k,)."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    points = fingertip.points
+    for k in range(gap.size):
+        lx = cos * points[k, 0] - sin * points[k, 1]
+        lz = sin * points[k, 0] + cos * points[k, 1]
+        if fingertip.capsule:
+            hx = cos * points[1, 0] - sin * points[1, 1]
+            hz = sin * points[1, 0] + cos * points[1, 1]
+            distance, nx, nz, along, _, _, _ = segment_distance(
+                obstacle, pose[0] + lx, pose[1] + lz, pose[0] + hx, pose[1] + hz
+            )
+            lx += along * (hx - lx)
+            lz += along * (hz - lz)
+        else:
+            distance, nx, nz, _ = point_distance(obstacle, pose[0] + lx, pose[1] + lz)
+        gap[k] = distance - obstacle.radius - fingertip.radius
+        rate[k] = nx * (twist[0] - twist[2] * lz) + nz * (twist[1] + twist[2] * lx)
+
+
+@kernel
 def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
     """Revise a normal mode; `push` is the force that the closed contact would have."""
     if mode == CLOSED:
@@ -361,6 +418,9 @@ def _evaluate(
     for k in range(modes.normal.size):
         work.normal_force[k] = 0.0
         work.friction_force[k] = 0.0
+        mode = modes.normal[k]
+        wanted.normal[k] = mode
+        wanted.friction[k] = modes.friction[k]
         # Lever from the last joint to the point of the tip that is closest to the object.
         lx = cos * points[k, 0] - sin * points[k, 1]
         lz = sin * points[k, 0] + cos * points[k, 1]
@@ -378,14 +438,12 @@ def _evaluate(
             lz += along * length * uz
             gliding = curvature < 0.0
         else:
-            distance, nx, nz, curvature = point_distance(
-                obstacle, work.pose[0] + lx, work.pose[1] + lz
-            )
+            x, z = work.pose[0] + lx, work.pose[1] + lz
+            if mode == OPEN and is_outside(obstacle, x, z):
+                continue
+            distance, nx, nz, curvature = point_distance(obstacle, x, z)
         turning = gliding or fingertip.along_tip_normal  # the force's direction turns with the tip
         gap = distance - obstacle.radius - radius
-        mode = modes.normal[k]
-        wanted.normal[k] = mode
-        wanted.friction[k] = modes.friction[k]
         if gap > 0.0 and mode == OPEN:
             continue
         ex, ez = nx, nz
@@ -566,13 +624,14 @@ def solve_contact(
     obstacle: Obstacle,
     law: ContactLaw,
     s: float,
+    precision: float,
     tip: TipResponse,
     work: ContactWork,
 ) -> bool:
     """Find the contact wrench for which contact law and linearised chain agree.
 
     Leaves the wrench and the modes in `work`; returns False when there was no agreement
-    within `FORCE_ACCURACY`.
+    within `FORCE_ACCURACY` or `precision` of the change.
     """
     slope = law.stiffness + law.damping * s
     accuracy = (tip.compliance[0, 0] + tip.compliance[1, 1]) * (
@@ -595,13 +654,13 @@ def solve_contact(
             square += (weight * r) ** 2
         residual = np.sqrt(square)
         if fresh:
-            reference = residual
+            reference = max(reference, residual)
         if residual <= max(accuracy, JUDGED * reference):
             revisions += 1
             if _revise_modes(work, revisions):
                 fresh = True
                 continue
-            if settled and residual <= accuracy:
+            if settled and residual <= max(accuracy, precision * reference):
                 return True
         for i in range(3):
             for j in range(3):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import ContactModes, copy_modes
+from hma_gripper_sim.kernels.contact import OPEN, ContactModes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
@@ -22,11 +22,13 @@ GAMMA = 1.0 - np.sqrt(0.5)
 SMALLEST_STEP = 1e-11  # s
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 2.5
-RESTART = 1e-4  # s; first step after a jump of the command
+RESTART, RESTART_TRAVEL = 1e-3, 1e-6  # s, m; first step after a jump or a touch
+LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before it
 
 # Error that one step may add at a tolerance of 1: angles of bodies, and the deviation of the
 # force from a straight line relative to the largest force.  A deviation that lasts shorter
 # than the resolution counts in proportion, so that a jump of the force is not chased.
+COARSEST = 1e-2  # tolerances above this are taken as this: their steps would miss contacts
 ANGLE = 1.0  # rad
 FORCE = 1.0
 FORCE_TIME = 0.01  # s
@@ -54,6 +56,8 @@ class HalfState(NamedTuple):
     a: Array  # joint accelerations [rad/s^2], shape (n,)
     wrench: Array  # contact wrench on the tip [N, N, N m], shape (3,)
     modes: ContactModes
+    gap: Array  # of each contact candidate [m], shape (k,)
+    approach: Array  # its rate [m/s], shape (k,)
     load: Array  # vertical load on the base [N], shape (1,)
     work: Array  # see `Record.work`, shape (4,)
     counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
@@ -83,11 +87,12 @@ class StepWork(NamedTuple):
     a1: Array
     load: Array  # vertical load on the base at both stages [N], shape (2,)
     power: Array  # rates of `Record.work` at both stages [W], shape (2, 4)
+    twist: Array  # of the tip at the end [m/s, m/s, rad/s], shape (3,)
 
 
 def step_work(n: int) -> StepWork:
     """Allocate the stage vectors for `n` joints."""
-    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2), np.zeros((2, 4)))
+    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2), np.zeros((2, 4)), np.zeros(3))
 
 
 @kernel
@@ -101,6 +106,23 @@ def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
     base[0] = -(motion.travel[segment] + dt * (velocity + 0.5 * acceleration * dt))
     base[1] = -(velocity + acceleration * dt)
     base[2] = -acceleration
+
+
+@kernel
+def restart_step(velocity: float) -> float:
+    """First step after a jump or a touch at a base velocity [s]."""
+    return min(RESTART, RESTART_TRAVEL / max(abs(velocity), 1e-12))
+
+
+@kernel
+def time_to_touch(state: HalfState, work: Work) -> float:
+    """Time from `state` to the first touch that the trial step passed over [s], or inf."""
+    first = np.inf
+    for k in range(state.gap.size):
+        closes = state.modes.normal[k] == OPEN and work.contact.modes.normal[k] != OPEN
+        if closes and state.gap[k] > 0.0 and state.approach[k] < 0.0:
+            first = min(first, -state.gap[k] / state.approach[k])
+    return first
 
 
 @kernel
@@ -153,11 +175,11 @@ def integrate(
                 break
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
-            state.clock[1] = min(state.clock[1], RESTART)
+            state.clock[1] = min(state.clock[1], restart_step(motion.velocity[segment]))
         h = min(state.clock[1], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t
-        error = 0.0
+        error, landed = 0.0, False
         while True:
             if h < SMALLEST_STEP and h < stop - t:
                 return STUCK, filled
@@ -167,16 +189,20 @@ def integrate(
             if error <= 1.0:
                 break
             state.counts[1] += 1
-            if np.isfinite(error):
-                h *= max(SHRINK, SAFETY / np.sqrt(error))
+            shorter = h * (max(SHRINK, SAFETY / np.sqrt(error)) if np.isfinite(error) else SHRINK)
+            touch = LANDING * time_to_touch(state, work)
+            if not landed and 0.1 * shorter < touch < h:
+                h, landed = touch, True
             else:
-                h *= 0.25
+                h, landed = shorter, False
         for i in range(n):
             if not np.isfinite(scratch.q[i]):
                 return NOT_FINITE, filled
         state.clock[0] = stop if h == stop - t else t + h
         growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
-        if h * growth > state.clock[1] or h < stop - t:
+        if landed:
+            state.clock[1] = min(h * growth, restart_step(work.base[1]))
+        elif h * growth > state.clock[1] or h < stop - t:
             state.clock[1] = h * growth
         for i in range(n):
             q[i] = scratch.q[i]
@@ -189,6 +215,11 @@ def integrate(
             state.wrench[j] = work.tip.wrench[j]
             record.wrench[filled, j] = state.wrench[j]
         copy_modes(work.contact.modes, state.modes)
+        for j in range(3):  # of the tip, after the last Newton step
+            scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
+        measure_gaps(
+            model.fingertip, model.obstacle, work.contact.pose, scratch.twist, state.gap, state.approach
+        )
         for j in range(4):
             power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
             state.work[j] += h * power
@@ -219,6 +250,7 @@ def _try_step(
     """Take one trial step of length `h`; return its error relative to the tolerance."""
     n = state.q.size
     s = 1.0 / (GAMMA * h)
+    tolerance = min(tolerance, COARSEST)
     accuracy = 0.01 * tolerance * ANGLE
     for j in range(3):
         work.tip.wrench[j] = state.wrench[j]

@@ -84,7 +84,7 @@ def solve_stage(
     s
         Rate of the stage [1/s]; 0 asks for static equilibrium.
     accuracy
-        Accepted error of a body's angle [rad].
+        Accepted error of a body's angle [rad], and of the contact force relative to its change.
     q, v, a
         Joint angles, rates and accelerations, shape (n,); `q` holds the first guess.
 
@@ -106,7 +106,9 @@ def solve_stage(
         place(model.chain, work.base, model.gravity, q, v, a, work.chain, tip)
         if not eliminate(model.chain, s, q, v, work.chain, tip):
             return 0
-        if not solve_contact(model.fingertip, model.obstacle, model.law, s, tip, work.contact):
+        if not solve_contact(
+            model.fingertip, model.obstacle, model.law, s, accuracy, tip, work.contact
+        ):
             return 0
         for j in range(3):
             change = work.contact.wrench[j] - tip.wrench[j]
