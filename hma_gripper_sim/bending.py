@@ -27,7 +27,7 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
     """
     half, chain = scene.half, scene.half.chain
     moment = -(chain.stiffness * q + chain.damping * v)
-    if scene.discretisation == "thesis":
+    if scene.resolution.discretisation == "thesis":
         return np.asarray(moment)
     # Vectors of the plane as complex numbers, x + i z.
     angle = np.cumsum(q + chain.rest, axis=1)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from hma_gripper_sim.choices import Choice, Resolution, choose_resolution, explain_stepping
 from hma_gripper_sim.contour import Circle, Contour, face_normals
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.discretisation import DISCRETISATIONS, HalfGripper, discretise
@@ -51,10 +52,11 @@ class Scene:
     contact
         ``continuous``: the tip's capsule; ``sampled``: the contact points of the thesis.
     discretisation
-        ``thesis`` or ``midpoint`` (see `hma_gripper_sim.discretisation`).
+        ``thesis`` or ``midpoint`` (see `hma_gripper_sim.discretisation`); None: ``thesis``,
+        or ``midpoint`` when an accuracy is asked for.
     elements_top, elements_beam
         GBEs of half the top beam and of a side beam; None: as in the design for ``thesis``,
-        2 and 8 for ``midpoint``.
+        2 and 8 for ``midpoint``, or as many as the accuracy needs.
     sampled_normal
         Direction of sampled contact forces: the normal of the ``tip`` or of the ``object``;
         None: of the object for circles, of the tip otherwise, as in the thesis.
@@ -69,6 +71,9 @@ class Scene:
         regularised law of the thesis is linear [m/s].
     gravity
         [m/s^2]
+    accuracy
+        Error of the actuator force to be reached, relative to its largest; the scene then
+        chooses by itself what is left open, and `choices` says what and why.
 
     Raises
     ------
@@ -81,7 +86,7 @@ class Scene:
     friction: float = 0.6
     clearance: float = 0.005
     contact: str = "continuous"
-    discretisation: str = "thesis"
+    discretisation: str | None = None
     elements_top: int | None = None
     elements_beam: int | None = None
     sampled_normal: str | None = None
@@ -91,6 +96,7 @@ class Scene:
     normal_damping: float = 1.0
     slip_velocity: float = 0.0
     gravity: float = 9.81
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.design, GripperDesign):
@@ -116,28 +122,48 @@ class Scene:
         )
         self._set("normal_stiffness", stiffness)
         choice(self.contact, CONTACTS, field="contact", source="Scene")
-        choice(self.discretisation, DISCRETISATIONS, field="discretisation", source="Scene")
         if self.sampled_normal is None:
             self._set("sampled_normal", "object" if isinstance(self.contour, Circle) else "tip")
         choice(self.sampled_normal, SAMPLED_NORMALS, field="sampled_normal", source="Scene")
         if self.symmetry not in (None, False):
             raise _refuse("symmetry", f"must be None or False, got {self.symmetry!r}")
-        thesis = self.discretisation == "thesis"
-        if self.elements_top is None:
-            self._set("elements_top", self.design.top_elements if thesis else 2)
-        if self.elements_beam is None:
-            self._set("elements_beam", self.design.beam_elements if thesis else 8)
+        if self.accuracy is not None:
+            value = quantity(
+                self.accuracy, "", field="accuracy", source="Scene", minimum=1e-6, maximum=0.1
+            )
+            self._set("accuracy", value)
+        if self.discretisation is not None:
+            choice(self.discretisation, DISCRETISATIONS, field="discretisation", source="Scene")
         for name in ("elements_top", "elements_beam"):
-            self._set(name, whole_number(getattr(self, name), field=name, source="Scene"))
+            if getattr(self, name) is not None:
+                count = whole_number(getattr(self, name), field=name, source="Scene")
+                self._set(name, count)
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
 
     @cached_property
+    def resolution(self) -> Resolution:
+        """Discretisation and numbers of GBEs that are simulated."""
+        return choose_resolution(
+            self.design, self.accuracy, self.discretisation, self.elements_top, self.elements_beam
+        )
+
+    @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """What of the scene is simulated, and why."""
+        return (*self.resolution.choices, *explain_stepping(self.asymmetry))
+
+    @cached_property
     def half(self) -> HalfGripper:
         """The right half of the gripper as a chain."""
-        assert self.elements_top is not None and self.elements_beam is not None
-        return discretise(self.design, self.discretisation, self.elements_top, self.elements_beam)
+        resolution = self.resolution
+        return discretise(
+            self.design,
+            resolution.discretisation,
+            resolution.elements_top,
+            resolution.elements_beam,
+        )
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -152,8 +178,17 @@ class Scene:
 
     @cached_property
     def is_symmetric(self) -> bool:
-        """Whether both halves are mirror images, so that one is enough."""
-        return self.symmetry is None and self.offset == 0.0 and self.contour.is_symmetric
+        """Whether both halves are mirror images and one is enough."""
+        return self.asymmetry is None
+
+    @cached_property
+    def asymmetry(self) -> str | None:
+        """Why both halves are stepped; None when one is enough."""
+        if self.symmetry is False:
+            return "asked for"
+        if self.offset != 0.0:
+            return "the object is off the axis"
+        return None if self.contour.is_symmetric else "the contour is not symmetric"
 
     @cached_property
     def object_position(self) -> tuple[float, float]:

@@ -152,7 +152,7 @@ class Trace:
         record = self._record(side)
         half = self.scene.half
         if choice(definition, ("tangent", "chord"), field="definition", source="phi") == "chord":
-            return beam_chord(half, self._half_rows(side)[0])
+            return beam_chord(half, self.half_rows(side)[0])
         knots = beam_tangent(half, record.q)
         rates = np.cumsum(record.v, axis=1) @ half.tangent
         return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
@@ -205,9 +205,9 @@ class Trace:
     @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:
         slide = np.stack([self.travel, self.velocity, self.actuator_force])
-        return joint_rows(self.scene, slide, self._half_rows("right"), self._half_rows("left"))
+        return joint_rows(self.scene, slide, self.half_rows("right"), self.half_rows("left"))
 
-    def _half_rows(self, side: str) -> Rows:
+    def half_rows(self, side: str) -> Rows:
         """Joint angles and rates of one half in its own frame, shape (n_samples, n)."""
         record = self._record(side)
         angles = CubicHermiteSpline(record.time, record.q, record.v)(self.time)

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 TOP_BEAM, SIDE_BEAM, TIP_SHANK, TIP_FLANK, OTHER_TIP = range(5)
 PARTS = 5
+BISECTIONS = 20  # of a recorded step, to time a touch
 JOINED = 1e-3  # m; end of the shank that belongs to the flank's contour
 
 
@@ -86,6 +87,39 @@ def part_gaps(
 
 
 @kernel
+def _all_gaps(
+    chain: Chain,
+    segments: Segments,
+    obstacle: Obstacle,
+    travel: float,
+    q: Array,
+    other: Array,
+    placed: Array,
+    gaps: Array,
+    places: Array,
+) -> None:
+    """Gaps of all parts outside the contact model in one pose; arguments as `first_touches`."""
+    place_segments(chain, -travel, q, segments, placed)
+    part_gaps(segments, placed, obstacle, gaps, places)
+    gaps[TIP_FLANK] = np.inf
+    ax, az, bx, bz = other[0], other[1], other[2], other[3]
+    length = np.sqrt((bx - ax) ** 2 + (bz - az) ** 2)
+    vertices, normals, centre = np.empty((2, 2)), np.empty((2, 2)), np.empty(2)
+    vertices[0, 0], vertices[0, 1], vertices[1, 0], vertices[1, 1] = ax, az, bx, bz
+    normals[0, 0], normals[0, 1] = (bz - az) / length, (ax - bx) / length
+    normals[1, 0], normals[1, 1] = -normals[0, 0], -normals[0, 1]
+    centre[0], centre[1] = 0.5 * (ax + bx), 0.5 * (az + bz)
+    last = segments.body.size - 1
+    flank, radius = placed[last], segments.radius[last]
+    distance, _, _, along, _, _, _ = segment_distance(
+        Obstacle(vertices, normals, centre, radius), flank[0], flank[1], flank[2], flank[3]
+    )
+    gaps[OTHER_TIP] = distance - 2.0 * radius
+    places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
+    places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+
+
+@kernel
 def first_touches(
     chain: Chain,
     segments: Segments,
@@ -107,34 +141,39 @@ def first_touches(
     found
         Result: time [s] (inf: never), x, z [m] for each part, shape (PARTS, 3).
     """
-    k = segments.body.size
-    placed = np.empty((k, 4))
-    gaps = np.empty(PARTS)
-    places = np.empty((PARTS, 2))
-    vertices = np.empty((2, 2))
-    normals = np.empty((2, 2))
-    centre = np.empty(2)
+    placed = np.empty((segments.body.size, 4))
+    gaps, places = np.empty(PARTS), np.empty((PARTS, 2))
     found[:, 0] = np.inf
     for row in range(time.size):
-        place_segments(chain, -travel[row], q[row], segments, placed)
-        part_gaps(segments, placed, obstacle, gaps, places)
-        gaps[TIP_FLANK] = np.inf
-        ax, az, bx, bz = other[row, 0], other[row, 1], other[row, 2], other[row, 3]
-        length = np.sqrt((bx - ax) ** 2 + (bz - az) ** 2)
-        vertices[0, 0], vertices[0, 1], vertices[1, 0], vertices[1, 1] = ax, az, bx, bz
-        normals[0, 0], normals[0, 1] = (bz - az) / length, (ax - bx) / length
-        normals[1, 0], normals[1, 1] = -normals[0, 0], -normals[0, 1]
-        centre[0], centre[1] = 0.5 * (ax + bx), 0.5 * (az + bz)
-        flank = placed[k - 1]
-        radius = segments.radius[k - 1]
-        distance, _, _, along, _, _, _ = segment_distance(
-            Obstacle(vertices, normals, centre, radius), flank[0], flank[1], flank[2], flank[3]
+        _all_gaps(
+            chain, segments, obstacle, travel[row], q[row], other[row], placed, gaps, places
         )
-        gaps[OTHER_TIP] = distance - 2.0 * radius
-        places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
-        places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+        fresh = gaps < 0.0
         for part in range(PARTS):
-            if gaps[part] < 0.0 and time[row] < found[part, 0]:
+            if not fresh[part] or found[part, 0] < np.inf:
+                continue
+            # Halve the way from the last state without a touch.
+            free, touched = 0.0, 1.0
+            for _ in range(BISECTIONS if row > 0 else 1):
+                middle = 0.5 * (free + touched) if row > 0 else 1.0
+                before = max(row - 1, 0)
+                _all_gaps(
+                    chain,
+                    segments,
+                    obstacle,
+                    travel[before] + middle * (travel[row] - travel[before]),
+                    q[before] + middle * (q[row] - q[before]),
+                    other[before] + middle * (other[row] - other[before]),
+                    placed,
+                    gaps,
+                    places,
+                )
+                if gaps[part] < 0.0:
+                    touched = middle
+                    found[part, 0] = time[before] + middle * (time[row] - time[before])
+                    found[part, 1], found[part, 2] = places[part, 0], places[part, 1]
+                else:
+                    free = middle
+            if found[part, 0] == np.inf:
                 found[part, 0] = time[row]
-                found[part, 1] = places[part, 0]
-                found[part, 2] = places[part, 1]
+                found[part, 1], found[part, 2] = places[part, 0], places[part, 1]
