@@ -46,7 +46,10 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
     inner = np.stack(
         [
             np.full(len(q), -0.5 * length[0] + 0j),
-            -0.5 * length[first_beam] * direction[:, first_beam - 1] * np.exp(1j * chain.rest[first_beam]),
+            -0.5
+            * length[first_beam]
+            * direction[:, first_beam - 1]
+            * np.exp(1j * chain.rest[first_beam]),
         ],
         axis=1,
     )

@@ -156,9 +156,7 @@ class Polygon(Contour):
     _core: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        rounding = quantity(
-            self.rounding, "m", field="rounding", source="Polygon", minimum=0.0
-        )
+        rounding = quantity(self.rounding, "m", field="rounding", source="Polygon", minimum=0.0)
         corners = _convex(self.points)
         object.__setattr__(self, "points", tuple((float(x), float(z)) for x, z in corners))
         object.__setattr__(self, "rounding", rounding)
@@ -211,7 +209,7 @@ def _convex(points: ArrayLike) -> Array:
     bends = np.roll(turns, 1) > 1e-9
     if bends.sum() < 3:
         raise refuse("encloses no area")
-    return corners[bends]
+    return np.asarray(corners[bends])
 
 
 def _inset(corners: Array, distance: float) -> Array:

@@ -209,7 +209,9 @@ class GripperDesign:
         )
 
     @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any], *, source: str | None = None) -> GripperDesign:
+    def from_mapping(
+        cls, mapping: Mapping[str, Any], *, source: str | None = None
+    ) -> GripperDesign:
         """Build a design from nested fields; texts may carry units (``"4 mm"``).
 
         Raises
@@ -240,11 +242,7 @@ class GripperDesign:
         """Write the design, in SI units, for `from_yaml` to read back exactly."""
         content = {
             "material": _plain(self.material),
-            **{
-                key: value
-                for key, value in _plain(self).items()
-                if key not in ("material", "tip")
-            },
+            **{key: value for key, value in _plain(self).items() if key not in ("material", "tip")},
             "tip": _plain(self.tip),
         }
         Path(path).write_text(

@@ -136,7 +136,9 @@ def discretise(
     )
 
 
-def cantilever(length: float, elements: int, bending_stiffness: float, discretisation: str) -> Chain:
+def cantilever(
+    length: float, elements: int, bending_stiffness: float, discretisation: str
+) -> Chain:
     """A weightless clamped beam along x (thesis 2.1.3): one link beyond the last body ends it.
 
     The first GBE of the ``thesis`` discretisation is welded to the clamp.
@@ -221,9 +223,9 @@ def _segments(design: GripperDesign, bodies: list[_Body], tip_origin: Array) -> 
         last_top = part == "top" and bodies[i + 1].joint[0] != "top"
         if last_top:
             rows.append((i, TOP_BEAM, 0.0, 0.0, top_end + 0.5 * body.length, 0.0))
-            start = _corner_from_last_top_joint(design, i + 1)
-            if body.link != start:
-                rows.append((i, SIDE_BEAM, *start, *body.link))
+            corner = _corner_from_last_top_joint(design, i + 1)
+            if body.link != corner:
+                rows.append((i, SIDE_BEAM, *corner, *body.link))
         elif i < len(bodies) - 1:
             rows.append((i, TOP_BEAM if part == "top" else SIDE_BEAM, 0.0, 0.0, *body.link))
         elif tip_origin[0] > 0.0:

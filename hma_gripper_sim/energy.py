@@ -55,7 +55,9 @@ class EnergyBalance:
         return abs(self.residual) / largest if largest > 0.0 else 0.0
 
 
-def energy_balance(scene: Scene, motion: Motion, records: tuple[HalfRecord, HalfRecord]) -> EnergyBalance:
+def energy_balance(
+    scene: Scene, motion: Motion, records: tuple[HalfRecord, HalfRecord]
+) -> EnergyBalance:
     """Balance a run of both halves (of which one may be the mirror image of the other)."""
     chain, middle = scene.half.chain, scene.half.middle_mass
     end = min(float(record.time[-1]) for record in records)

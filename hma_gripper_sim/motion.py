@@ -73,7 +73,10 @@ def follow(velocity: Velocity, start: float, travel: float, duration: float) -> 
     merged = _merge(pieces, scale)
     time = np.array([piece[0] for piece in merged] + [merged[-1][1]])
     return _table(
-        time, np.array([piece[2] for piece in merged]), np.array([piece[3] for piece in merged]), travel
+        time,
+        np.array([piece[2] for piece in merged]),
+        np.array([piece[3] for piece in merged]),
+        travel,
     )
 
 

@@ -59,7 +59,7 @@ def quantity(
     wanted = f"a number in {unit}" if unit else "a pure number"
     if isinstance(value, str):
         number = _magnitude(value, unit, wanted, refuse)
-    elif isinstance(value, Real) and not isinstance(value, bool):
+    elif not isinstance(value, bool) and isinstance(value, Real):
         number = float(value)
     else:
         raise refuse(f"expected {wanted}, got {value!r}")
@@ -78,7 +78,7 @@ def _magnitude(text: str, unit: str, wanted: str, refuse: Any) -> float:
     import pint
 
     try:
-        parsed = _units().Quantity(text)
+        parsed: Any = _units().Quantity(text)
         return float(parsed.to(unit or "dimensionless").magnitude)
     except pint.DimensionalityError as error:
         raise refuse(f"expected {wanted}, got {text!r} ({error.units1})") from None

@@ -110,7 +110,9 @@ class Scene:
             ("slip_velocity", "m/s"),
             ("gravity", "m/s^2"),
         ):
-            self._set(name, quantity(getattr(self, name), unit, field=name, source="Scene", minimum=0.0))
+            self._set(
+                name, quantity(getattr(self, name), unit, field=name, source="Scene", minimum=0.0)
+            )
         self._set("offset", quantity(self.offset, "m", field="offset", source="Scene"))
         stiffness = quantity(
             self.normal_stiffness,

@@ -27,8 +27,8 @@ from hma_gripper_sim.kernels.stage import Model, allocate, solve_stage
 from hma_gripper_sim.motion import Velocity, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
-from hma_gripper_sim.scene import Scene
 from hma_gripper_sim.record import HalfRecord
+from hma_gripper_sim.scene import Scene
 from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, joint_rows
 
 Array = NDArray[np.float64]
@@ -124,7 +124,9 @@ class _Half:
             counts=np.zeros(3, dtype=np.int64),
         )
 
-    def advance(self, motion: Motion, tolerance: float, record: Record) -> tuple[Outcome, Record, int]:
+    def advance(
+        self, motion: Motion, tolerance: float, record: Record
+    ) -> tuple[Outcome, Record, int]:
         """Step to the end of `motion`; the record grows as it must."""
         filled = 0
         _write_row(record, filled, self.state)
@@ -230,31 +232,34 @@ class Simulation:
             duration, "s", field="duration", source="simulate", minimum=0.0, exclusive=True
         )
         sample_period = quantity(
-            sample_period, "s", field="sample_period", source="simulate", minimum=0.0, exclusive=True
+            sample_period,
+            "s",
+            field="sample_period",
+            source="simulate",
+            minimum=0.0,
+            exclusive=True,
         )
         motion = follow(velocity, self.time, self.travel, duration)
         before = self.snapshot()
         start = clock.perf_counter()
-        counts = sum(half.state.counts for half in self._halves)
+        counts = self._counts()
         records = []
         worst = Outcome.CONVERGED
         for half in self._halves:
-            outcome, record, filled = half.advance(motion, self.tolerance, _empty_record(half, ROWS))
+            outcome, record, filled = half.advance(
+                motion, self.tolerance, _empty_record(half, ROWS)
+            )
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
         touches = find_unmodelled_touches(self._scene, motion, records)
-        spent = sum(half.state.counts for half in self._halves) - counts
-        stats = SolverStats(
-            worst, int(spent[0]), int(spent[1]), int(spent[2]), clock.perf_counter() - start
-        )
+        steps, rejected, iterations = (int(count) for count in self._counts() - counts)
+        stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
         trace = Trace(self._scene, motion, records, sample_period, stats, touches)
         if stats.converged:
             last = len(motion.velocity) - 1
             length = motion.time[last + 1] - motion.time[last]
-            self._arrive(
-                motion, float(motion.velocity[last] + motion.acceleration[last] * length)
-            )
+            self._arrive(motion, float(motion.velocity[last] + motion.acceleration[last] * length))
         else:
             error = SimulationError(worst, float(trace.time[-1]))
             warnings.warn(str(error), RuntimeWarning, stacklevel=2)
@@ -324,10 +329,7 @@ class Simulation:
             The gripper differs, or the object would overlap it; nothing changes.
         """
         old = self._scene
-        same = (
-            scene.design == old.design
-            and scene.resolution == old.resolution
-        )
+        same = scene.design == old.design and scene.resolution == old.resolution
         if not same:
             raise InputError("the gripper is another one", field="scene", source="change_scene")
         states = [half.state for half in self._halves]
@@ -356,6 +358,10 @@ class Simulation:
         self._scene = scene
         self._halves = halves
         self._ticks = [_empty_record(half, 64) for half in halves]
+
+    def _counts(self) -> NDArray[np.int64]:
+        """Steps, rejected steps and Newton iterations of all halves so far."""
+        return np.asarray(np.sum([half.state.counts for half in self._halves], axis=0))
 
     def _arrive(self, motion: Motion, velocity: float) -> None:
         self.time = float(motion.time[-1])
@@ -450,4 +456,4 @@ def _copy(state: HalfState) -> HalfState:
 
 
 def _copy_modes(modes: ContactModes) -> ContactModes:
-    return ContactModes(*(part.copy() for part in modes))
+    return ContactModes(modes.normal.copy(), modes.friction.copy(), modes.stick_force.copy())

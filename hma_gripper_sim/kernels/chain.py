@@ -95,7 +95,14 @@ def rotation(angle: float) -> tuple[float, float]:
 
 @kernel
 def place(
-    chain: Chain, base: Array, gravity: float, q: Array, v: Array, a: Array, work: ChainWork, tip: TipResponse
+    chain: Chain,
+    base: Array,
+    gravity: float,
+    q: Array,
+    v: Array,
+    a: Array,
+    work: ChainWork,
+    tip: TipResponse,
 ) -> None:
     """Outward sweep: place the bodies and load them with gravity and inertia.
 
@@ -142,7 +149,9 @@ def place(
 
 
 @kernel
-def eliminate(chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse) -> bool:
+def eliminate(
+    chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse
+) -> bool:
     """Inward sweep: eliminate the joints from the tip to the base.
 
     Returns False when a pivot is not positive: the linearised chain is unstable (buckling

@@ -32,7 +32,9 @@ class Segments(NamedTuple):
 
 
 @kernel
-def place_segments(chain: Chain, height: float, q: Array, segments: Segments, placed: Array) -> None:
+def place_segments(
+    chain: Chain, height: float, q: Array, segments: Segments, placed: Array
+) -> None:
     """World coordinates (x, z, x, z) of all segments, into `placed`, shape (k, 4)."""
     angle, x, z = 0.0, chain.root[0], height + chain.root[1]
     k = 0
@@ -145,18 +147,15 @@ def first_touches(
     gaps, places = np.empty(PARTS), np.empty((PARTS, 2))
     found[:, 0] = np.inf
     for row in range(time.size):
-        _all_gaps(
-            chain, segments, obstacle, travel[row], q[row], other[row], placed, gaps, places
-        )
-        fresh = gaps < 0.0
+        _all_gaps(chain, segments, obstacle, travel[row], q[row], other[row], placed, gaps, places)
+        touching = gaps < 0.0
+        before = max(row - 1, 0)
         for part in range(PARTS):
-            if not fresh[part] or found[part, 0] < np.inf:
+            if not touching[part] or found[part, 0] < np.inf:
                 continue
-            # Halve the way from the last state without a touch.
-            free, touched = 0.0, 1.0
-            for _ in range(BISECTIONS if row > 0 else 1):
-                middle = 0.5 * (free + touched) if row > 0 else 1.0
-                before = max(row - 1, 0)
+            free, touched = 0.0, 1.0  # halve the way from the last state without a touch
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (free + touched)
                 _all_gaps(
                     chain,
                     segments,
@@ -170,10 +169,7 @@ def first_touches(
                 )
                 if gaps[part] < 0.0:
                     touched = middle
-                    found[part, 0] = time[before] + middle * (time[row] - time[before])
                     found[part, 1], found[part, 2] = places[part, 0], places[part, 1]
                 else:
                     free = middle
-            if found[part, 0] == np.inf:
-                found[part, 0] = time[row]
-                found[part, 1], found[part, 2] = places[part, 0], places[part, 1]
+            found[part, 0] = time[before] + touched * (time[row] - time[before])

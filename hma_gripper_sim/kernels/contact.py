@@ -177,7 +177,7 @@ def is_outside(obstacle: Obstacle, x: float, z: float) -> bool:
     vertices, normals = obstacle.vertices, obstacle.normals
     if vertices.shape[0] == 1:
         dx, dz = x - vertices[0, 0], z - vertices[0, 1]
-        return dx * dx + dz * dz > obstacle.radius * obstacle.radius
+        return bool(dx * dx + dz * dz > obstacle.radius * obstacle.radius)
     for i in range(vertices.shape[0]):
         d = normals[i, 0] * (x - vertices[i, 0]) + normals[i, 1] * (z - vertices[i, 1])
         if d > obstacle.radius:
@@ -488,9 +488,15 @@ def _evaluate(
             grip = law.friction * abs(normal) / law.slip_velocity
             threshold = law.slip_velocity
         else:
-            c0 = tip.compliance[0, 0] * tx + tip.compliance[0, 1] * tz + tip.compliance[0, 2] * lever
-            c1 = tip.compliance[1, 0] * tx + tip.compliance[1, 1] * tz + tip.compliance[1, 2] * lever
-            c2 = tip.compliance[2, 0] * tx + tip.compliance[2, 1] * tz + tip.compliance[2, 2] * lever
+            c0 = (
+                tip.compliance[0, 0] * tx + tip.compliance[0, 1] * tz + tip.compliance[0, 2] * lever
+            )
+            c1 = (
+                tip.compliance[1, 0] * tx + tip.compliance[1, 1] * tz + tip.compliance[1, 2] * lever
+            )
+            c2 = (
+                tip.compliance[2, 0] * tx + tip.compliance[2, 1] * tz + tip.compliance[2, 2] * lever
+            )
             grip = STICK_STIFFNESS / (s * (tx * c0 + tz * c1 + lever * c2)) if s > 0.0 else 0.0
             threshold = 0.0
         if law.friction == 0.0 or s == 0.0:
@@ -539,7 +545,11 @@ def _evaluate(
             dlx = -lz if j == 2 else 0.0
             dlz = lx if j == 2 else 0.0
             if gliding:
-                dn = nx if j == 0 else (nz if j == 1 else nz * (lx - shift * ux) - nx * (lz - shift * uz))
+                dn = (
+                    nx
+                    if j == 0
+                    else (nz if j == 1 else nz * (lx - shift * ux) - nx * (lz - shift * uz))
+                )
                 dlx = dn * nx + distance * psi * tx - (1.0 if j == 0 else 0.0)
                 dlz = dn * nz + distance * psi * tz - (1.0 if j == 1 else 0.0)
                 if j == 2:

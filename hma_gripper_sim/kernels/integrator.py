@@ -19,7 +19,7 @@ from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 Array = NDArray[np.float64]
 
 GAMMA = 1.0 - np.sqrt(0.5)
-SMALLEST_STEP = 1e-11  # s
+SMALLEST_STEP = 1e-9  # s
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 2.5
 RESTART, RESTART_TRAVEL = 1e-3, 1e-6  # s, m; first step after a jump or a touch
@@ -92,7 +92,8 @@ class StepWork(NamedTuple):
 
 def step_work(n: int) -> StepWork:
     """Allocate the stage vectors for `n` joints."""
-    return StepWork(*(np.zeros(n) for _ in range(7)), np.zeros(2), np.zeros((2, 4)), np.zeros(3))
+    q0, v0, q, v, a, v1, a1 = np.zeros((7, n))
+    return StepWork(q0, v0, q, v, a, v1, a1, np.zeros(2), np.zeros((2, 4)), np.zeros(3))
 
 
 @kernel
@@ -183,9 +184,7 @@ def integrate(
         while True:
             if h < SMALLEST_STEP and h < stop - t:
                 return STUCK, filled
-            error = _try_step(
-                model, motion, tolerance, segment, fresh, t, h, state, work, scratch
-            )
+            error = _try_step(model, motion, tolerance, segment, fresh, t, h, state, work, scratch)
             if error <= 1.0:
                 break
             state.counts[1] += 1
@@ -218,7 +217,12 @@ def integrate(
         for j in range(3):  # of the tip, after the last Newton step
             scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
         measure_gaps(
-            model.fingertip, model.obstacle, work.contact.pose, scratch.twist, state.gap, state.approach
+            model.fingertip,
+            model.obstacle,
+            work.contact.pose,
+            scratch.twist,
+            state.gap,
+            state.approach,
         )
         for j in range(4):
             power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
