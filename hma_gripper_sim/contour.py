@@ -280,7 +280,9 @@ def contour_from_mapping(
     try:
         if not isinstance(mapping, Mapping):
             raise InputError("expected a mapping of fields")
-        name = choice(mapping.get("type"), tuple(_KINDS), field="type")
+        if "type" not in mapping:
+            raise InputError(f"is missing: one of {', '.join(_KINDS)}", field="type")
+        name = choice(mapping["type"], tuple(_KINDS), field="type")
         kind, known = _KINDS[name]
         refuse_unknown(mapping, ("type", *known))
         values: dict[str, Any] = {}

@@ -334,8 +334,9 @@ class Simulation:
             raise InputError("the gripper is another one", field="scene", source="change_scene")
         states = [half.state for half in self._halves]
         present = [states[0], states[-1]]
+        moved = scene.contour != old.contour or scene.object_position != old.object_position
         overlap = deepest_overlap(scene, self.travel, present[0].q, present[1].q)
-        if overlap > 0.0:
+        if moved and overlap > 0.0:  # an object in place may be pressed upon
             raise InputError(
                 f"would overlap the gripper by {1e3 * overlap:.3g} mm at travel "
                 f"{1e3 * self.travel:.3g} mm",

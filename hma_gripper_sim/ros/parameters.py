@@ -1,0 +1,52 @@
+"""The settings as ROS parameters: declared with description, range and read-only flag."""
+
+from __future__ import annotations
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from hma_gripper_sim.ros.settings import Field, Settings, field_of
+
+ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
+"""Parameters, and prefixes of parameters, that every node has."""
+
+
+def declare_parameters(node: Node) -> Settings:
+    """Validate what the node was started with, then declare every parameter.
+
+    The node must have been made with ``automatically_declare_parameters_from_overrides``: only
+    so it knows which names were given, among them those of the objects.
+
+    Raises
+    ------
+    InputError
+        Naming the parameter that cannot be used. Nothing has been declared then.
+    """
+    given = {
+        name: parameter.value
+        for name, parameter in node.get_parameters_by_prefix("").items()
+        if name.split(".")[0] not in ROS_OWN
+    }
+    settings = Settings.parse(given)
+    for name in given:
+        node.undeclare_parameter(name)  # it had neither descriptor nor unit
+    for name, value in settings.values.items():
+        node.declare_parameter(name, value, _descriptor(field_of(name)), ignore_override=True)
+    return settings
+
+
+def _descriptor(field: Field) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=field.description, read_only=field.read_only)
+    if isinstance(field.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=field.minimum, to_value=field.maximum)
+        ]
+    elif isinstance(field.default, int):
+        descriptor.integer_range = [
+            IntegerRange(from_value=int(field.minimum), to_value=int(field.maximum))
+        ]
+    if field.exclusive:
+        descriptor.additional_constraints = f"greater than {field.minimum:g}"
+    elif field.options:
+        descriptor.additional_constraints = f"one of {', '.join(field.options)}"
+    return descriptor

@@ -1,0 +1,355 @@
+"""The drive: what it does with commands, in exact arithmetic of ticks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hma_gripper_sim import (
+    Circle,
+    GripperDesign,
+    InputError,
+    Outcome,
+    RoundedBox,
+    Scene,
+    Simulation,
+    SimulationError,
+)
+from hma_gripper_sim.drive import TRAVEL_RESOLUTION, Drive, DriveLimits
+
+PERIOD = 0.01
+LIMITS = DriveLimits(
+    max_velocity=0.05, max_acceleration=0.5, travel_min=0.0, travel_max=0.03, command_timeout=0.5
+)
+FEW = {"discretisation": "midpoint", "elements_top": 1, "elements_beam": 3}
+DESIGN = GripperDesign.thesis_2013()
+SCENES = {
+    "box": Scene(DESIGN, RoundedBox(0.028, 0.028, 0.002), clearance=0.004, **FEW),
+    "cylinder": Scene(DESIGN, Circle(0.015), clearance=0.005, **FEW),
+    "far": Scene(DESIGN, Circle(0.015), clearance=0.2, **FEW),
+}
+
+
+def make_drive(contour="far", period=PERIOD, simulation=Simulation, **limits):
+    return Drive(
+        simulation(SCENES[contour]),
+        SCENES,
+        contour,
+        period=period,
+        limits=replace(LIMITS, **limits),
+    )
+
+
+def ticks(drive, count):
+    return [drive.tick() for _ in range(count)]
+
+
+def identical(a, b):
+    """Bit for bit, in every field."""
+    return all(
+        np.array_equal(x, y) for x, y in zip(vars(a).values(), vars(b).values(), strict=True)
+    )
+
+
+def test_a_command_is_reached_by_a_ramp_and_travel_is_its_integral():
+    drive = make_drive()
+    drive.command(0.018)
+    states = ticks(drive, 6)
+    velocities = [state.velocity for state in states]
+    assert velocities == pytest.approx([0.005, 0.010, 0.015, 0.018, 0.018, 0.018], abs=1e-15)
+    before = [0.0, *velocities[:-1]]
+    expected = np.cumsum(0.5 * PERIOD * (np.array(before) + velocities))
+    assert [state.travel for state in states] == pytest.approx(expected, abs=1e-15)
+    assert [state.time for state in states] == pytest.approx(PERIOD * np.arange(1, 7), abs=1e-15)
+
+
+@given(
+    period=st.floats(1e-3, 0.1),
+    acceleration=st.floats(0.01, 20.0),
+    velocity=st.floats(0.01, 0.05),
+    limit=st.floats(1e-4, 0.02),
+    up=st.booleans(),
+)
+@example(period=0.01, acceleration=0.5, velocity=0.05, limit=0.02, up=True)
+@settings(max_examples=40, deadline=None)
+def test_it_brakes_as_late_as_it_can_and_stops_at_the_travel_limit(
+    period, acceleration, velocity, limit, up
+):
+    sign = 1.0 if up else -1.0
+    bounds = {"travel_max": limit} if up else {"travel_min": -limit}
+    drive = make_drive(
+        period=period, max_acceleration=acceleration, max_velocity=velocity,
+        command_timeout=0.0, **bounds,
+    )  # fmt: skip
+    drive.command(sign * velocity)
+    # The fastest motion from rest to rest: v² / 2a to start and to stop, or a triangle.
+    peak = min(velocity, math.sqrt(limit * acceleration))
+    fastest = limit / peak + peak / acceleration
+    # In ticks, each of the two ramps and the cruise may take up to one tick longer.
+    states = ticks(drive, math.ceil(fastest / period) + 3)
+    assert all(0.0 <= sign * state.travel <= limit for state in states)
+    assert states[-1].velocity == 0.0
+    assert sign * states[-1].travel == pytest.approx(limit, abs=4 * TRAVEL_RESOLUTION)
+    assert drive.status().at_limit
+
+
+OPERATIONS = st.one_of(
+    st.tuples(st.just("command"), st.floats(-0.08, 0.08) | st.sampled_from([math.nan, math.inf])),
+    st.tuples(st.just("tick"), st.integers(1, 30)),
+    st.tuples(st.just("select"), st.sampled_from([*SCENES, "mug"])),
+    st.tuples(st.just("pause"), st.booleans()),
+    st.tuples(st.just("reset"), st.none()),
+    st.tuples(st.just("max_velocity"), st.floats(-0.01, 0.06)),
+    st.tuples(st.just("travel_max"), st.floats(0.0, 0.03)),
+    st.tuples(st.just("period"), st.sampled_from([0.002, 0.01, 0.02])),
+)
+
+
+def perform(drive, operation, value):
+    """Carry out one operation; return whether it was refused."""
+    try:
+        if operation == "command":
+            return drive.command(value) is not None
+        if operation == "reset":
+            drive.reset()
+        elif operation in ("select", "pause"):
+            getattr(drive, operation)(value)
+        elif operation == "period":
+            drive.configure(period=value)
+        else:
+            drive.configure(limits=replace(drive.limits, **{operation: value}))
+    except InputError:
+        return True
+    return False
+
+
+def what_it_is(drive):
+    """All that a refused request must leave alone."""
+    status = asdict(drive.status())
+    del status["rejected"]
+    return status, drive.limits, drive.period, drive.state
+
+
+@given(st.lists(OPERATIONS, min_size=20, max_size=60))
+@settings(max_examples=40, deadline=None)
+def test_whatever_is_asked_of_it_the_motion_stays_within_its_limits(operations):
+    drive, twin = make_drive("box"), make_drive("box")
+    for operation, value in operations:
+        if operation != "tick":
+            before = what_it_is(drive)
+            if perform(drive, operation, value):
+                assert what_it_is(drive) == before
+            perform(twin, operation, value)
+            continue
+        for _ in range(value):
+            before = drive.state
+            after = drive.tick()
+            assert identical(after, twin.tick())
+            if not drive.running:
+                assert after is before
+                continue
+            limits, period = drive.limits, drive.period
+            assert limits.travel_min <= after.travel <= limits.travel_max
+            step = 0.5 * period * (before.velocity + after.velocity)
+            assert after.travel - before.travel == pytest.approx(step, abs=1e-15)
+            change = limits.max_acceleration * period
+            assert abs(after.velocity - before.velocity) <= change * (1 + 1e-9)
+            # A limit that was lowered in motion is reached by the ramp, not by a jump.
+            assert abs(after.velocity) <= max(limits.max_velocity, abs(before.velocity))
+            for numbers in (after.joint_position, after.joint_velocity, after.joint_effort):
+                assert np.isfinite(numbers).all()
+                assert len(numbers) == len(SCENES["box"].joint_names)
+
+
+@pytest.mark.parametrize(("timeout", "allowed"), [(0.1, 10), (0.3, 30), (0.055, 6)])
+def test_a_command_expires_unless_it_is_renewed(timeout, allowed):
+    drive = make_drive(command_timeout=timeout)
+    for _ in range(3):
+        drive.command(0.002)
+        assert [state.velocity for state in ticks(drive, allowed)] == [0.002] * allowed
+        assert not drive.status().stale
+    assert drive.tick().velocity == 0.0  # 0.002 m/s is within one tick's ramp
+    status = drive.status()
+    assert status.stale
+    assert status.timeouts == 1
+    ticks(drive, 3 * allowed)
+    assert drive.status().timeouts == 1
+    drive.command(0.0)
+    assert not drive.status().stale
+    ticks(drive, 3 * allowed)
+    assert drive.status().timeouts == 1  # to stand still needs no renewal
+
+
+def test_without_a_timeout_a_command_holds():
+    drive = make_drive(command_timeout=0.0)
+    drive.command(0.001)
+    assert ticks(drive, 300)[-1].velocity == 0.001
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_command_that_is_not_finite_changes_nothing_and_is_counted(value):
+    drive, twin = make_drive(), make_drive()
+    for each in (drive, twin):
+        each.command(0.01)
+        ticks(each, 10)
+    assert "finite" in drive.command(value)
+    assert drive.status() == replace(twin.status(), rejected=1)
+    assert all(identical(drive.tick(), twin.tick()) for _ in range(60))  # nor is it a renewal
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_command_beyond_the_velocity_limit_is_clamped_and_said(sign):
+    drive = make_drive(travel_min=-0.03)
+    assert drive.command(sign * 1e300) is None
+    assert ticks(drive, 20)[-1].velocity == sign * 0.05
+    assert drive.status().clamped
+    drive.command(sign * 0.05)
+    assert not drive.status().clamped
+    assert drive.status().clamps == 1
+
+
+def test_a_pause_stops_time_and_loses_nothing():
+    drive, twin = make_drive("box"), make_drive("box")
+    for each in (drive, twin):
+        each.command(0.02)
+        ticks(each, 30)
+    drive.pause(True)
+    held = drive.state
+    assert all(state is held for state in ticks(drive, 100))
+    drive.pause(False)
+    assert all(identical(drive.tick(), twin.tick()) for _ in range(30))
+    assert drive.status() == twin.status()
+
+
+def test_a_reset_is_a_new_beginning():
+    drive, fresh = (make_drive("box", command_timeout=0.0) for _ in range(2))
+    drive.command(0.02)
+    ticks(drive, 60)
+    assert drive.state.actuator_force > 0.1  # in contact
+    drive.reset()
+    assert identical(drive.state, fresh.state)
+    assert drive.tick().velocity == 0.0  # the command is forgotten
+    drive.reset()
+    for each in (drive, fresh):
+        each.command(0.02)
+    assert all(identical(drive.tick(), fresh.tick()) for _ in range(60))
+
+
+def test_a_reset_does_not_end_a_pause():
+    drive = make_drive()
+    drive.pause(True)
+    drive.reset()
+    assert drive.status().paused
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("mug", r"unknown contour 'mug' \(known: box, cylinder, far\)"), ("box", "overlap")],
+)
+def test_an_object_that_cannot_be_put_in_place_changes_nothing(name, reason):
+    drive, twin = make_drive("far"), make_drive("far")
+    for each in (drive, twin):
+        each.command(0.05)
+        ticks(each, 40)
+    with pytest.raises(InputError, match=reason):
+        drive.select(name)
+    assert drive.status() == twin.status()
+    assert all(identical(drive.tick(), twin.tick()) for _ in range(10))
+
+
+def test_a_selected_object_stands_where_it_would_have_stood_from_the_start():
+    drive, direct = make_drive("far"), make_drive("cylinder")
+    drive.command(0.004)
+    ticks(drive, 10)
+    drive.reset()
+    drive.select("cylinder")
+    assert drive.status().contour == "cylinder"
+    for each in (drive, direct):
+        each.command(0.05)
+        ticks(each, 20)
+    assert direct.state.actuator_force > 0.0
+    assert drive.state.actuator_force == pytest.approx(direct.state.actuator_force, rel=1e-9)
+
+
+class Failing(Simulation):
+    """Cannot go on from its third step, in one way or the other."""
+
+    not_finite = False
+
+    def step(self, duration, velocity):
+        if self.time > 2.5 * PERIOD and not self.not_finite:
+            raise SimulationError(Outcome.STEP_TOO_SMALL, self.time)
+        super().step(duration, velocity)
+
+    def state(self):
+        state = super().state()
+        broken = self.time > 2.5 * PERIOD and self.not_finite
+        return replace(state, actuator_force=math.nan) if broken else state
+
+
+class Diverging(Failing):
+    not_finite = True
+
+
+@pytest.mark.parametrize(
+    ("simulation", "reason"), [(Failing, Outcome.STEP_TOO_SMALL.remedy), (Diverging, "not finite")]
+)
+def test_a_failed_step_halts_it_with_the_last_good_state(simulation, reason):
+    drive = make_drive(simulation=simulation)
+    drive.command(0.01)
+    states = ticks(drive, 10)
+    good = states[2] if simulation is Failing else states[1]
+    assert all(state is good for state in states[3:])
+    assert math.isfinite(good.actuator_force)
+    assert reason in drive.status().failure
+    assert not drive.running
+    drive.pause(False)  # tries again, and fails again
+    assert drive.tick() is good
+    assert drive.status().failure
+    drive.reset()
+    assert drive.status().failure is None
+    assert drive.tick().time == pytest.approx(PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("max_velocity", 0.0),
+        ("max_velocity", math.nan),
+        ("max_acceleration", -1.0),
+        ("travel_min", 0.001),
+        ("travel_max", -0.001),
+        ("travel_max", 0.0),  # with travel_min 0: no travel at all
+        ("travel_max", math.inf),
+        ("command_timeout", -0.1),
+        ("command_timeout", "1 m"),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused_by_name(field, value):
+    with pytest.raises(InputError) as caught:
+        replace(LIMITS, **{field: value})
+    assert caught.value.field == field
+
+
+def test_limits_that_the_present_motion_cannot_keep_are_refused_as_a_whole():
+    drive = make_drive("far")
+    drive.command(0.05)
+    ticks(drive, 30)  # 12.75 mm down, and 2.5 mm from standing still at best
+    before = what_it_is(drive)
+    for changes in (
+        {"limits": replace(LIMITS, travel_max=0.015)},
+        {"limits": replace(LIMITS, max_acceleration=0.05)},
+        {"contour": "cylinder", "limits": replace(LIMITS, travel_max=0.015)},
+        {"contour": "cylinder", "limits": replace(LIMITS, travel_max=0.02)},
+        {"contour": "mug", "period": 0.02},
+    ):
+        with pytest.raises(InputError):
+            drive.configure(**changes)
+        assert what_it_is(drive) == before
+    drive.configure(limits=replace(LIMITS, travel_max=0.016))
+    assert ticks(drive, 100)[-1].travel == pytest.approx(0.016, abs=1e-11)
