@@ -14,13 +14,8 @@ from hma_gripper_sim.contour import Circle, Contour, face_normals
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.discretisation import DISCRETISATIONS, HalfGripper, discretise
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.kernels.contact import (
-    ContactLaw,
-    Fingertip,
-    Obstacle,
-    point_distance,
-    segment_distance,
-)
+from hma_gripper_sim.kernels.contact import ContactLaw, Fingertip
+from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.quantities import choice, quantity, whole_number
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import Obstacle, segment_distance
+from hma_gripper_sim.kernels.proximity import Obstacle, segment_distance
 
 Array = NDArray[np.float64]
 

@@ -22,10 +22,10 @@ from hma_gripper_sim.kernels.contact import (
     ContactLaw,
     ContactWork,
     Fingertip,
-    Obstacle,
     contact_work,
     solve_contact,
 )
+from hma_gripper_sim.kernels.proximity import Obstacle
 
 Array = NDArray[np.float64]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 from geometry_msgs.msg import WrenchStamped
@@ -90,7 +91,9 @@ class Recorder:
 
     @property
     def command(self) -> float:
-        """Last velocity that anyone commanded [m/s]."""
+        """Last velocity that anyone commanded [m/s]; NaN before the first."""
+        if CMD_VELOCITY not in self._latest:
+            return math.nan
         return float(deserialize_message(self._latest[CMD_VELOCITY], Float64).data)
 
     def start(self, log: LogWriter) -> None:
