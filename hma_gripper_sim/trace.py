@@ -100,9 +100,12 @@ class Trace:
         start, end = motion.time[0], min(record.time[-1] for record in records)
         count = math.floor((end - start) / sample_period * (1.0 + 1e-12)) + 1
         self.time: Array = start + sample_period * np.arange(count)
-        self._segment = np.clip(
-            np.searchsorted(motion.time, self.time, side="right") - 1, 0, len(motion.velocity) - 1
-        )
+
+    @cached_property
+    def _segment(self) -> NDArray[np.intp]:
+        """Segment of the motion that each sample lies on."""
+        segment = np.searchsorted(self._motion.time, self.time, side="right") - 1
+        return np.clip(segment, 0, len(self._motion.velocity) - 1)
 
     @cached_property
     def travel(self) -> Array:

@@ -1,0 +1,276 @@
+"""``hma_gripper demo``: pick-ups over ROS 2, logged, and compared with the real gripper."""
+
+from __future__ import annotations
+
+import dataclasses
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+import yaml
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from hma_gripper_sim import config_directory
+from hma_gripper_sim.comparison import align, compare
+from hma_gripper_sim.contour import Circle, Contour, Polygon, RoundedBox
+from hma_gripper_sim.design import GripperDesign
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.experiment import Experiment
+from hma_gripper_sim.experiment_file import read_experiment
+from hma_gripper_sim.logs.reader import read_poses, read_recording
+from hma_gripper_sim.logs.topics import LOGGED_TOPICS, NODE
+from hma_gripper_sim.logs.writer import LogWriter
+from hma_gripper_sim.node_process import NodeProcess, private_ros_domain
+from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.report import Result, terminal_table, write_report
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.ros.demo_client import DemoClient
+
+SHIPPED = ("thesis_2013_box.yaml", "thesis_2013_cylinder.yaml")
+"""Experiments that come with the package, in ``config/experiments``."""
+
+_START_TIMEOUT = 180.0
+"""How long [s] the node may take to publish: its first start on a machine compiles the solver."""
+
+_COMMAND_TIMEOUT = 0.5
+"""How long [s] of real time the node waits for the next command before it stops the gripper."""
+
+_SNAPSHOTS = 8
+"""Panels of the snapshot series."""
+
+_KINDS: dict[type[Contour], str] = {Circle: "circle", RoundedBox: "box", Polygon: "polygon"}
+
+
+def run_demo(
+    report: Path,
+    experiment_files: Sequence[Path],
+    design_file: Path | None,
+    real_time_factor: float,
+) -> int:
+    """Run experiments over ROS, write the report, and print the comparison.
+
+    Parameters
+    ----------
+    report
+        Directory to write to; what an earlier demo left there is replaced.
+    experiment_files
+        Empty: the shipped ones.
+    design_file
+        None: the gripper of the thesis.
+    real_time_factor
+        Simulated seconds per second.
+
+    Returns
+    -------
+    int
+        0 if every figure is inside its stated bound, otherwise 1.
+
+    Raises
+    ------
+    InputError
+        Something given cannot be used, or ROS 2 is missing.
+    NodeError
+        The node failed.
+    """
+    factor = quantity(
+        real_time_factor,
+        "",
+        field="--real-time-factor",
+        minimum=0.0,
+        maximum=1000.0,
+        exclusive=True,
+    )
+    files = experiment_files or [config_directory() / "experiments" / name for name in SHIPPED]
+    experiments = [read_experiment(file) for file in files]
+    design = GripperDesign.from_yaml(design_file) if design_file else GripperDesign.thesis_2013()
+    _check_common(files, experiments)
+    client_type = _ros_client()
+    _prepare(report, experiments)
+    parameters = report / "sim_node.yaml"
+    _write_parameters(parameters, experiments, design_file, factor)
+    console = Console()
+    with _progress(console) as progress:
+        _record(report, experiments, parameters, client_type, progress)
+        evaluating = progress.add_task("evaluating the logs", total=len(experiments))
+        results = []
+        for experiment in experiments:
+            results.append(_evaluate(report, experiment, design))
+            progress.advance(evaluating)
+    write_report(report, results)
+    for result in results:
+        console.print(terminal_table(result))
+    passed = all(result.passed for result in results)
+    verdict = "every figure is inside its bound" if passed else "figures are outside their bounds"
+    console.print(f"{verdict}; report: {report / 'summary.md'}", soft_wrap=True)
+    return 0 if passed else 1
+
+
+def _check_common(files: Sequence[Path], experiments: Sequence[Experiment]) -> None:
+    """Raise `InputError` if one node and one report cannot serve all experiments."""
+    by_name: dict[str, Experiment] = {}
+    by_contour: dict[str, Experiment] = {}
+    for file, experiment in zip(files, experiments, strict=True):
+        if by_name.setdefault(experiment.name, experiment) is not experiment:
+            reason = f"there is another experiment named {experiment.name}"
+            raise InputError(reason, field="--experiment", source=str(file))
+        for field in ("friction", "contact"):
+            if getattr(experiment, field) != getattr(experiments[0], field):
+                reason = f"differs from that of {experiments[0].name}: run the demo once for each"
+                raise InputError(reason, field=f"scene.{field}", source=str(file))
+        other = by_contour.setdefault(experiment.contour_name, experiment)
+        if (other.contour, other.clearance) != (experiment.contour, experiment.clearance):
+            reason = f"{experiment.contour_name!r} is another object in {other.name}"
+            raise InputError(reason, field="scene.contour.name", source=str(file))
+
+
+def _ros_client() -> type[DemoClient]:
+    """Import the ROS side; done early because wheels of rclpy then start the program anew."""
+    try:
+        from hma_gripper_sim.ros.demo_client import DemoClient
+    except ImportError as error:
+        reason = str(error).partition("\n")[0]
+        raise InputError(
+            f"ROS 2 is missing ({reason}): pip install 'hma_gripper_sim[ros]', "
+            "or source the setup file of your ROS 2 installation"
+        ) from None
+    return DemoClient
+
+
+def _prepare(report: Path, experiments: Sequence[Experiment]) -> None:
+    """Make the report's directories, and remove the logs of an earlier demo."""
+    try:
+        for experiment in experiments:
+            log = _log_path(report, experiment)
+            log.parent.mkdir(parents=True, exist_ok=True)
+            if log.exists():
+                (log / "metadata.yaml").unlink(missing_ok=True)
+                (log / f"{log.name}.mcap").unlink(missing_ok=True)
+                log.rmdir()
+    except OSError as error:
+        raise InputError(
+            f"cannot be prepared: {error.strerror}", field="--report", source=str(error.filename)
+        ) from None
+
+
+def _log_path(report: Path, experiment: Experiment) -> Path:
+    return report / experiment.name / "log"
+
+
+def _write_parameters(
+    path: Path, experiments: Sequence[Experiment], design_file: Path | None, factor: float
+) -> None:
+    """Write what the node is to simulate as a ROS parameter file."""
+    depths = [travel for experiment in experiments for _, travel in experiment.way_points]
+    speeds = [abs(s.velocity) for experiment in experiments for s in experiment.motion]
+    content = {
+        "real_time_factor": factor,
+        # Counted in simulated time: the patience in real time stays the same at any factor.
+        "command_timeout": _COMMAND_TIMEOUT * max(1.0, factor),
+        # The drive stops exactly at the deepest point, however late the reversal is commanded.
+        "travel_max": max(depths),
+        "max_velocity": max(speeds),
+        "friction": experiments[0].friction,
+        "contact": experiments[0].contact,
+        "contour": experiments[0].contour_name,
+        "design": str(design_file.resolve()) if design_file else "",
+        "contours": {
+            experiment.contour_name: {
+                **_contour_parameters(experiment.contour),
+                "clearance": experiment.clearance,
+            }
+            for experiment in experiments
+        },
+    }
+    text = yaml.safe_dump({NODE: {"ros__parameters": content}}, sort_keys=False)
+    path.write_text(text, encoding="utf-8")
+
+
+def _contour_parameters(contour: Contour) -> dict[str, object]:
+    """Return a contour as the node's parameters: SI, and points as a flat list."""
+    arguments = [field.name for field in dataclasses.fields(cast(Any, contour)) if field.init]
+    shape = {name: np.asarray(getattr(contour, name)) for name in arguments}
+    flat = {name: value.ravel() if value.ndim else value for name, value in shape.items()}
+    return {"type": _KINDS[type(contour)], **{name: v.tolist() for name, v in flat.items()}}
+
+
+def _record(
+    report: Path,
+    experiments: Sequence[Experiment],
+    parameters: Path,
+    client_type: type[DemoClient],
+    progress: Progress,
+) -> None:
+    """Start the node, run every experiment on it, log what it publishes, and end it."""
+    with (
+        _terminable(),
+        private_ros_domain(),
+        NodeProcess(parameters, report / "sim_node.log") as node,
+    ):
+        starting = progress.add_task("starting sim_node", total=None)
+        with client_type(node) as client:
+            client.wait_for_node(_START_TIMEOUT)
+            progress.update(starting, total=1, completed=1)
+            for experiment in experiments:
+                _pick_up(_log_path(report, experiment), experiment, client, progress)
+        node.stop()
+
+
+def _pick_up(
+    log_path: Path, experiment: Experiment, client: DemoClient, progress: Progress
+) -> None:
+    duration = experiment.way_points[-1][0]
+    task = progress.add_task(f"picking up the {experiment.contour_name}", total=duration)
+    client.select(experiment.contour_name)
+    with LogWriter(log_path, LOGGED_TOPICS) as log:
+        client.follow(experiment.motion, log, lambda time: progress.update(task, completed=time))
+    progress.update(task, completed=duration)
+
+
+def _evaluate(report: Path, experiment: Experiment, design: GripperDesign) -> Result:
+    """Read an experiment's log back, compare it, and draw its pictures."""
+    from hma_gripper_sim import plots  # matplotlib is slow to import
+
+    log = _log_path(report, experiment)
+    run = align(read_recording(log), experiment, design)
+    scene = experiment.scene(design)
+    times = np.linspace(0.0, experiment.approach, _SNAPSHOTS).tolist()
+    stamps = [run.recording.start + round(1e9 * time) for time in times]
+    poses = read_poses(log, stamps, scene.joint_names)
+    force, phi, snapshots = (
+        log.parent / f"{name}.png" for name in ("actuator_force", "phi", "snapshots")
+    )
+    plots.plot_force(force, run, experiment)
+    plots.plot_phi(phi, run, experiment)
+    plots.plot_snapshots(snapshots, scene, times, poses)
+    return Result(experiment, compare(run, experiment), log, (force, phi, snapshots))
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        console=console,
+    )
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Make SIGTERM and SIGHUP unwind the stack, so that child processes are ended."""
+
+    def unwind(number: int, _: object) -> None:
+        raise SystemExit(128 + number)
+
+    signals = (signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, unwind) for number in signals]
+    try:
+        yield
+    finally:
+        for number, handler in zip(signals, before, strict=True):
+            signal.signal(number, handler)

@@ -1,0 +1,128 @@
+"""Experiments as data: the scene, the motion, what was measured and what was published."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hma_gripper_sim.contour import Contour
+from hma_gripper_sim.design import GripperDesign
+from hma_gripper_sim.scene import Scene
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of the prismatic motion: `velocity` [m/s] for `duration` [s]."""
+
+    velocity: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A figure that was measured at one instant.
+
+    Parameters
+    ----------
+    figure
+        Its name in `hma_gripper_sim.logs.figures.FIGURES`.
+    time
+        When, from the start of the motion [s].
+    value, uncertainty
+        SI.
+    """
+
+    figure: str
+    time: float
+    value: float
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What a figure should be, and the bounds that it must keep.
+
+    Parameters
+    ----------
+    figure
+        Its name in `hma_gripper_sim.logs.figures.FIGURES`.
+    time
+        From the start of the motion [s]: when, or up to when.
+    expected
+        The stated value [SI], or None where only a window is known.
+    lower, upper
+        Bounds [SI]; infinite where the figure is reported without being judged.
+    source
+        Where the expectation comes from.
+    """
+
+    figure: str
+    time: float
+    expected: float | None
+    lower: float
+    upper: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A recorded experiment.
+
+    Parameters
+    ----------
+    name
+        The file's name without its ending.
+    title, source
+        What it is, and where it was published.
+    contour_name, contour
+        The object; its name is the one it is selected by.
+    clearance
+        Travel from the start pose to the first touch [m].
+    friction
+        Coefficient between gripper and object.
+    contact
+        Contact model, ``"continuous"`` or ``"sampled"``.
+    motion
+        Of the prismatic joint, from the start pose; the first segment is the approach.
+    measurements
+        What was measured on the real gripper.
+    measured, published
+        What a simulation of the experiment is compared with: the measurements, and figures that
+        others published.
+    """
+
+    name: str
+    title: str
+    source: str
+    contour_name: str
+    contour: Contour
+    clearance: float
+    friction: float
+    contact: str
+    motion: tuple[Segment, ...]
+    measurements: tuple[Measurement, ...]
+    measured: tuple[Criterion, ...]
+    published: tuple[Criterion, ...]
+
+    @property
+    def approach(self) -> float:
+        """How long the gripper moves towards the object [s]."""
+        return self.motion[0].duration
+
+    @property
+    def way_points(self) -> tuple[tuple[float, float], ...]:
+        """Time [s] and travel [m] at the start of the motion and after each segment."""
+        points = [(0.0, 0.0)]
+        for segment in self.motion:
+            time, travel = points[-1]
+            points.append((time + segment.duration, travel + segment.velocity * segment.duration))
+        return tuple(points)
+
+    def scene(self, design: GripperDesign) -> Scene:
+        """Return the scene in which `design` meets this experiment's object."""
+        return Scene(
+            design,
+            self.contour,
+            friction=self.friction,
+            clearance=self.clearance,
+            contact=self.contact,
+        )

@@ -1,0 +1,74 @@
+"""Signals over time, as they were recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from hma_gripper_sim.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """One signal.
+
+    Parameters
+    ----------
+    time
+        [s], shape (n,), never decreasing.
+    value
+        SI, shape (n,).
+    """
+
+    time: FloatArray
+    value: FloatArray
+
+    def at(self, time: float) -> float:
+        """Return the value at `time` [s], between samples linearly; NaN outside the record."""
+        return float(np.interp(time, self.time, self.value, left=np.nan, right=np.nan))
+
+    def between(self, start: float, end: float) -> Series:
+        """Return the samples with start <= time <= end [s]."""
+        kept = (self.time >= start) & (self.time <= end)
+        return Series(self.time[kept], self.value[kept])
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The signals of one log.
+
+    Parameters
+    ----------
+    source
+        The log's path.
+    signals
+        By name, such as ``travel`` or ``phi_left``.
+    start
+        Stamp of this recording's time 0 [ns].
+    """
+
+    source: str
+    signals: Mapping[str, Series]
+    start: int
+
+    def __getitem__(self, signal: str) -> Series:
+        """Return a signal by name."""
+        try:
+            return self.signals[signal]
+        except KeyError:
+            raise InputError(
+                "no such signal in this log", field=signal, source=self.source
+            ) from None
+
+    def delayed(self, offset: float) -> Recording:
+        """Return the same recording with time 0 moved `offset` [s] later."""
+        return replace(
+            self,
+            signals={n: replace(s, time=s.time - offset) for n, s in self.signals.items()},
+            start=self.start + round(offset * 1e9),
+        )

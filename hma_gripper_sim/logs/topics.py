@@ -1,0 +1,29 @@
+"""The topics that the simulation node publishes and a log of it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+NODE = "/hma_gripper_sim"
+"""Full name of the node; its private topics and services live below it."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic, its message type and whether late subscribers get the last message."""
+
+    name: str
+    msgtype: str
+    latched: bool = False
+
+
+JOINT_STATES = Topic("/joint_states", "sensor_msgs/msg/JointState")
+ACTUATOR_WRENCH = Topic(f"{NODE}/actuator_wrench", "geometry_msgs/msg/WrenchStamped")
+PHI = Topic(f"{NODE}/phi", "sensor_msgs/msg/JointState")
+CONTOUR = Topic(f"{NODE}/contour", "std_msgs/msg/String", latched=True)
+CMD_VELOCITY = Topic(f"{NODE}/cmd_velocity", "std_msgs/msg/Float64")
+
+STAMPED_TOPICS = (JOINT_STATES, ACTUATOR_WRENCH, PHI)
+"""What the node publishes every tick, all with the same stamp."""
+
+LOGGED_TOPICS = (*STAMPED_TOPICS, CONTOUR, CMD_VELOCITY)

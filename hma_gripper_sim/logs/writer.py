@@ -1,0 +1,91 @@
+"""Writing logs that ROS 2 tools play and show: a rosbag2 directory with one mcap file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.topics import Topic
+
+_FOREVER = QosTime(0x7FFFFFFF, 0xFFFFFFFF)
+"""How rosbag2 writes a deadline or lifespan that never ends."""
+
+
+class LogWriter:
+    """A log being written; use it as a context manager.
+
+    Parameters
+    ----------
+    path
+        The rosbag2 directory to create; its parents are created too.
+    topics
+        What will be written.
+
+    Raises
+    ------
+    InputError
+        The path exists already, or cannot be created.
+    """
+
+    def __init__(self, path: Path, topics: Iterable[Topic]) -> None:
+        if path.exists():
+            raise InputError("exists already", source=str(path))
+        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        try:
+            self._writer.open()
+        except OSError as error:
+            reason = f"cannot be written: {error.strerror}"
+            raise InputError(reason, source=str(path)) from None
+        typestore = get_typestore(Stores.ROS2_JAZZY)
+        self._connections: dict[str, Connection] = {
+            topic.name: self._writer.add_connection(
+                topic.name,
+                topic.msgtype,
+                typestore=typestore,
+                offered_qos_profiles=[_offered_qos(topic)],
+            )
+            for topic in topics
+        }
+
+    def write(self, topic: str, stamp: int, data: bytes) -> None:
+        """Append one message: its CDR bytes, logged at `stamp` [ns]."""
+        self._writer.write(self._connections[topic], stamp, data)
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._writer.close()
+
+
+def _offered_qos(topic: Topic) -> Qos:
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=1,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if topic.latched else QosDurability.VOLATILE,
+        deadline=_FOREVER,
+        lifespan=_FOREVER,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_FOREVER,
+        avoid_ros_namespace_conventions=False,
+    )
