@@ -18,6 +18,8 @@ from hma_gripper_sim.kernels.clearance import (
     SIDE_BEAM,
     TIP_SHANK,
     TOP_BEAM,
+    Recorded,
+    clearance_work,
     first_touches,
     mirrored_flanks,
 )
@@ -126,9 +128,10 @@ class Trace:
         middle = self.scene.half.middle_mass * (
             self._motion.acceleration[self._segment] - self.scene.gravity
         )
-        right, left = (
-            np.interp(self.time, *_load_knots(record)) for record in (self._right, self._left)
-        )
+        right = np.interp(self.time, *_load_knots(self._right))
+        left = right
+        if self._left is not self._right:
+            left = np.interp(self.time, *_load_knots(self._left))
         return np.asarray(right + left + middle)
 
     @cached_property
@@ -279,16 +282,16 @@ def find_unmodelled_touches(
     half = scene.half
     touches = []
     found = np.empty((PARTS, 3))
+    work = clearance_work(half.segments, len(half.joints))
     mirrored = len(records) == 1
     for i, record in enumerate(records):
         other, model = records[-1 - i], scene.models[i]
         travel = np.interp(record.time, motion.time, motion.travel)
         angles = record.q if mirrored else _linear(record.time, other.time, other.q)
         flanks = np.empty((len(record.time), 4))
-        mirrored_flanks(half.chain, half.segments, travel, angles, flanks)
-        first_touches(
-            model.chain, half.segments, model.obstacle, record.time, travel, record.q, flanks, found
-        )
+        mirrored_flanks(half.chain, half.segments, travel, angles, work.placed, flanks)
+        states = Recorded(record.time, travel, record.q, flanks)
+        first_touches(model.chain, half.segments, model.obstacle, states, work, found)
         for part, (time, x, z) in enumerate(found):
             if np.isinf(time):
                 continue

@@ -62,9 +62,19 @@ def cantilever_deflection(
     )
     force = quantity(force, "N", field="force", source="cantilever_deflection")
     chain = cantilever(length, count, bending_stiffness, discretisation)
-    q = np.zeros(count if discretisation == "midpoint" else count - 1)
-    if not solve_dead_load(
-        chain, np.array([0.0, -force]), np.zeros(3), q, chain_work(len(q)), tip_response()
-    ):
+    joints = len(chain.rest)
+    q, at_rest, increment = np.zeros((3, joints))
+    solved = solve_dead_load(
+        chain,
+        np.array([0.0, -force]),
+        np.zeros(3),
+        q,
+        at_rest,
+        increment,
+        np.zeros(3),
+        chain_work(joints),
+        tip_response(),
+    )
+    if not solved:
         raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
     return -float(np.sin(np.cumsum(q)) @ chain.link[:, 0])

@@ -46,7 +46,7 @@ class ChainWork(NamedTuple):
     arm: Array  # from a body's joint to its centre of gravity, world frame, shape (n, 2)
     load: Array  # gravity and inertia at the centre of gravity: fx, fz, moment; shape (n, 3)
     coupling: Array  # tangent row of the joint moment, shape (n, 3)
-    pivot: Array  # tangent of the joint moment to its own angle, shape (n,)
+    give: Array  # inverse tangent of the joint moment to its own angle, shape (n,)
     imbalance: Array  # joint moment still to be balanced, shape (n,)
     lever: Array  # joint moment from unit wrenches on the tip, shape (n, 3)
 
@@ -196,7 +196,6 @@ def eliminate(
         if not pivot > 0.0:
             return False
         imbalance = m - chain.stiffness[i] * q[i] - chain.damping[i] * v[i]
-        work.pivot[i] = pivot
         work.imbalance[i] = imbalance
         work.coupling[i, 0] = kxt
         work.coupling[i, 1] = kzt
@@ -206,6 +205,7 @@ def eliminate(
         work.lever[i, 2] = mm
 
         inverse = 1.0 / pivot
+        work.give[i] = inverse
         tip.free[0] += xm * imbalance * inverse
         tip.free[1] += zm * imbalance * inverse
         tip.free[2] += mm * imbalance * inverse
@@ -268,7 +268,7 @@ def substitute(work: ChainWork, change: Array, dq: Array) -> float:
             - work.coupling[i, 1] * dz
             - work.coupling[i, 2] * turn
         )
-        dq[i] = moment / work.pivot[i]
+        dq[i] = moment * work.give[i]
         turn += dq[i]
         largest = max(largest, abs(turn))
         dx -= work.step[i, 1] * turn

@@ -31,6 +31,39 @@ class Segments(NamedTuple):
     radius: Array  # half the thickness [m], shape (k,)
 
 
+class Recorded(NamedTuple):
+    """Recorded states of one half."""
+
+    time: Array  # [s], shape (r,)
+    travel: Array  # [m], shape (r,)
+    q: Array  # joint angles [rad], shape (r, n)
+    other: Array  # axis of the other tip's flank in this half's frame [m], shape (r, 4)
+
+
+class ClearanceWork(NamedTuple):
+    """Scratch of the search for touches."""
+
+    placed: Array  # shape (k, 4)
+    gaps: Array  # shape (PARTS,)
+    places: Array  # shape (PARTS, 2)
+    touching: NDArray[np.bool_]  # shape (PARTS,)
+    q: Array  # shape (n,)
+    other: Obstacle  # the other tip's flank
+
+
+def clearance_work(segments: Segments, joints: int) -> ClearanceWork:
+    """Allocate the scratch for a gripper of `joints` per half."""
+    radius = float(segments.radius[-1])
+    return ClearanceWork(
+        np.zeros((len(segments.body), 4)),
+        np.zeros(PARTS),
+        np.zeros((PARTS, 2)),
+        np.zeros(PARTS, dtype=np.bool_),
+        np.zeros(joints),
+        Obstacle(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros(2), radius),
+    )
+
+
 @kernel
 def place_segments(
     chain: Chain, height: float, q: Array, segments: Segments, placed: Array
@@ -53,10 +86,12 @@ def place_segments(
 
 @kernel
 def mirrored_flanks(
-    chain: Chain, segments: Segments, travel: Array, q: Array, flanks: Array
+    chain: Chain, segments: Segments, travel: Array, q: Array, placed: Array, flanks: Array
 ) -> None:
-    """Axis of the tip's flank in the frame of the other half, for each row of `q`, (r, 4)."""
-    placed = np.empty((segments.body.size, 4))
+    """Axis of the tip's flank in the frame of the other half, for each row of `q`, (r, 4).
+
+    `placed` is scratch of shape (k, 4).
+    """
     last = segments.body.size - 1
     for row in range(travel.size):
         place_segments(chain, -travel[row], q[row], segments, placed)
@@ -89,36 +124,41 @@ def part_gaps(
 
 
 @kernel
-def _all_gaps(
+def _gaps_between(
     chain: Chain,
     segments: Segments,
     obstacle: Obstacle,
-    travel: float,
-    q: Array,
-    other: Array,
-    placed: Array,
-    gaps: Array,
-    places: Array,
+    states: Recorded,
+    row: int,
+    share: float,
+    work: ClearanceWork,
 ) -> None:
-    """Gaps of all parts outside the contact model in one pose; arguments as `first_touches`."""
-    place_segments(chain, -travel, q, segments, placed)
-    part_gaps(segments, placed, obstacle, gaps, places)
-    gaps[TIP_FLANK] = np.inf
-    ax, az, bx, bz = other[0], other[1], other[2], other[3]
-    length = np.sqrt((bx - ax) ** 2 + (bz - az) ** 2)
-    vertices, normals, centre = np.empty((2, 2)), np.empty((2, 2)), np.empty(2)
-    vertices[0, 0], vertices[0, 1], vertices[1, 0], vertices[1, 1] = ax, az, bx, bz
-    normals[0, 0], normals[0, 1] = (bz - az) / length, (ax - bx) / length
+    """Gaps of all parts outside the contact model, a `share` of the way to a recorded state."""
+    before = max(row - 1, 0)
+    for i in range(work.q.size):
+        work.q[i] = states.q[before, i] + share * (states.q[row, i] - states.q[before, i])
+    travel = states.travel[before] + share * (states.travel[row] - states.travel[before])
+    place_segments(chain, -travel, work.q, segments, work.placed)
+    part_gaps(segments, work.placed, obstacle, work.gaps, work.places)
+    work.gaps[TIP_FLANK] = np.inf
+    # The other tip's flank is an obstacle of two vertices.
+    vertices, normals, centre = work.other.vertices, work.other.normals, work.other.centre
+    for j in range(4):
+        axis = states.other[before, j] + share * (states.other[row, j] - states.other[before, j])
+        vertices[j // 2, j % 2] = axis
+    dx, dz = vertices[1, 0] - vertices[0, 0], vertices[1, 1] - vertices[0, 1]
+    length = np.sqrt(dx * dx + dz * dz)
+    normals[0, 0], normals[0, 1] = dz / length, -dx / length
     normals[1, 0], normals[1, 1] = -normals[0, 0], -normals[0, 1]
-    centre[0], centre[1] = 0.5 * (ax + bx), 0.5 * (az + bz)
-    last = segments.body.size - 1
-    flank, radius = placed[last], segments.radius[last]
+    centre[0] = 0.5 * (vertices[0, 0] + vertices[1, 0])
+    centre[1] = 0.5 * (vertices[0, 1] + vertices[1, 1])
+    flank = work.placed[segments.body.size - 1]
     distance, _, _, along, _, _, _ = segment_distance(
-        Obstacle(vertices, normals, centre, radius), flank[0], flank[1], flank[2], flank[3]
+        work.other, flank[0], flank[1], flank[2], flank[3]
     )
-    gaps[OTHER_TIP] = distance - 2.0 * radius
-    places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
-    places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+    work.gaps[OTHER_TIP] = distance - 2.0 * work.other.radius
+    work.places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
+    work.places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
 
 
 @kernel
@@ -126,50 +166,31 @@ def first_touches(
     chain: Chain,
     segments: Segments,
     obstacle: Obstacle,
-    time: Array,
-    travel: Array,
-    q: Array,
-    other: Array,
+    states: Recorded,
+    work: ClearanceWork,
     found: Array,
 ) -> None:
-    """First time and place at which a part outside the contact model touches.
+    """First time [s] (inf: never) and place (x, z) [m] at which a part touches.
 
-    Parameters
-    ----------
-    time, travel, q
-        Recorded states, shape (r,), (r,) and (r, n).
-    other
-        Axis of the other tip's flank in this half's frame, shape (r, 4).
-    found
-        Result: time [s] (inf: never), x, z [m] for each part, shape (PARTS, 3).
+    Writes a row for each part outside the contact model into `found`, shape (PARTS, 3).
     """
-    placed = np.empty((segments.body.size, 4))
-    gaps, places = np.empty(PARTS), np.empty((PARTS, 2))
     found[:, 0] = np.inf
-    for row in range(time.size):
-        _all_gaps(chain, segments, obstacle, travel[row], q[row], other[row], placed, gaps, places)
-        touching = gaps < 0.0
-        before = max(row - 1, 0)
+    for row in range(states.time.size):
+        _gaps_between(chain, segments, obstacle, states, row, 1.0, work)
         for part in range(PARTS):
-            if not touching[part] or found[part, 0] < np.inf:
+            work.touching[part] = work.gaps[part] < 0.0
+        for part in range(PARTS):
+            if not work.touching[part] or found[part, 0] < np.inf:
                 continue
             free, touched = 0.0, 1.0  # halve the way from the last state without a touch
             for _ in range(BISECTIONS):
                 middle = 0.5 * (free + touched)
-                _all_gaps(
-                    chain,
-                    segments,
-                    obstacle,
-                    travel[before] + middle * (travel[row] - travel[before]),
-                    q[before] + middle * (q[row] - q[before]),
-                    other[before] + middle * (other[row] - other[before]),
-                    placed,
-                    gaps,
-                    places,
-                )
-                if gaps[part] < 0.0:
+                _gaps_between(chain, segments, obstacle, states, row, middle, work)
+                if work.gaps[part] < 0.0:
                     touched = middle
-                    found[part, 1], found[part, 2] = places[part, 0], places[part, 1]
                 else:
                     free = middle
-            found[part, 0] = time[before] + touched * (time[row] - time[before])
+            _gaps_between(chain, segments, obstacle, states, row, touched, work)
+            start = states.time[max(row - 1, 0)]
+            found[part, 0] = start + touched * (states.time[row] - start)
+            found[part, 1], found[part, 2] = work.places[part, 0], work.places[part, 1]

@@ -24,17 +24,23 @@ CONVERGED = 1e-13  # rad
 
 @kernel
 def solve_dead_load(
-    chain: Chain, force: Array, base: Array, q: Array, work: ChainWork, tip: TipResponse
+    chain: Chain,
+    force: Array,
+    base: Array,
+    q: Array,
+    at_rest: Array,
+    increment: Array,
+    change: Array,
+    work: ChainWork,
+    tip: TipResponse,
 ) -> bool:
     """Solve for the joint angles `q`, shape (n,), which hold the first guess.
 
     `force` (fx, fz) [N] acts on the end of the last link.  Newton's method, its step limited
-    so that no body turns further than the linearisation reaches.
+    so that no body turns further than the linearisation reaches.  `at_rest`, `increment`,
+    shape (n,), and `change`, shape (3,), are zeros.
     """
     n = q.size
-    at_rest = np.zeros(n)
-    increment = np.zeros(n)
-    change = np.zeros(3)
     last = n - 1
     for _ in range(MAX_ITERATIONS):
         place(chain, base, 0.0, q, at_rest, at_rest, work, tip)
