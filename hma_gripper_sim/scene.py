@@ -231,7 +231,8 @@ class Scene:
 
     def _obstacle(self, side: str, position: tuple[float, float]) -> Obstacle:
         core = self.contour.core + position
-        if side == "left":
+        own_image = self.offset == 0.0 and self.contour.is_symmetric
+        if side == "left" and not own_image:
             core = (core * (-1.0, 1.0))[::-1]
         return Obstacle(
             np.ascontiguousarray(core),
