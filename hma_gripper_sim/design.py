@@ -138,6 +138,13 @@ class GripperDesign:
     joint_damping: float
 
     def __post_init__(self) -> None:
+        for name, kind in (("material", Material), ("tip", Tip)):
+            if not isinstance(getattr(self, name), kind):
+                raise InputError(
+                    f"expected a {kind.__name__}, got {getattr(self, name)!r}",
+                    field=name,
+                    source="GripperDesign",
+                )
         _check_positive(self, width="m", height="m", top_length="m", beam_length="m")
         for name in ("top_elements", "beam_elements"):
             count = whole_number(getattr(self, name), field=name, source="GripperDesign")

@@ -328,6 +328,10 @@ class Simulation:
         InputError
             The gripper differs, or the object would overlap it; nothing changes.
         """
+        if not isinstance(scene, Scene):
+            raise InputError(
+                f"expected a Scene, got {scene!r}", field="scene", source="change_scene"
+            )
         old = self._scene
         same = scene.design == old.design and scene.resolution == old.resolution
         if not same:

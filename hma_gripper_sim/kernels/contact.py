@@ -38,10 +38,11 @@ STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along t
 GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
 STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
 STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
+CREEP_TOLERANCE = 1e-4  # of a regularised one, which rounding of the slip limits
 FORCE_ACCURACY = 1e-10  # N
 POSITION_NOISE = 1e-16  # m; rounding of a gap
 LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
-JUDGED = 1e-5  # reduction of the residual from which on the modes can be judged
+JUDGED = 1e-3  # error relative to the contact force at which the modes can be judged
 MAX_ITERATIONS = 30
 BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
 
@@ -207,10 +208,11 @@ def _rub(
     if regularised:
         grip = law.friction * abs(normal) / law.slip_velocity
         friction = held = -grip * slip
+        settled = not fresh and abs(friction - modes.stick_force[k]) <= CREEP_TOLERANCE * limit
+        modes.stick_force[k] = friction
         if normal != 0.0:
             for j in range(3):
                 row[1, j] = friction / normal * row[0, j]
-        settled = True
     else:
         c = tip.compliance
         answer = tx * (c[0, 0] * tx + c[0, 1] * tz + c[0, 2] * lever)
@@ -436,15 +438,13 @@ def solve_contact(
     """Find the contact wrench for which contact law and linearised chain agree.
 
     Leaves the wrench and the modes in `work`; returns False when there was no agreement
-    within `FORCE_ACCURACY` or `precision` of the change.
+    within `FORCE_ACCURACY` or `precision` of the contact force.
     """
-    slope = law.stiffness + law.damping * s
-    accuracy = (tip.compliance[0, 0] + tip.compliance[1, 1]) * (
-        FORCE_ACCURACY + POSITION_NOISE * slope
-    )
+    compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
+    noise = FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
     for j in range(3):
         work.increment[j] = tip.free[j]
-    fresh, reference, revisions = True, 0.0, 0
+    fresh, revisions = True, 0
     for iteration in range(MAX_ITERATIONS):
         settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
         if iteration == 0 and _revise_modes(work, 0):
@@ -457,15 +457,16 @@ def solve_contact(
             work.residual[i] = r
             weight = LENGTH if i == 2 else 1.0
             square += (weight * r) ** 2
-        residual = np.sqrt(square)
-        if fresh:
-            reference = max(reference, residual)
-        if residual <= max(accuracy, JUDGED * reference):
+        lack = np.sqrt(square) / compliance  # as a force
+        pressed = 0.0
+        for k in range(work.normal_force.size):
+            pressed += abs(work.normal_force[k])
+        if lack <= noise + JUDGED * pressed:
             revisions += 1
             if _revise_modes(work, revisions):
                 fresh = True
                 continue
-            if settled and residual <= max(accuracy, precision * reference):
+            if settled and lack <= noise + precision * pressed:
                 return True
         for i in range(3):
             for j in range(3):

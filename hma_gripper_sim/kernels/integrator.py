@@ -283,10 +283,12 @@ def _try_step(
         return np.inf
     state.counts[2] += iterations + more
     stage_power(model, s, scratch.v, work, scratch.power[1])
-    turn, angle = 0.0, 0.0
+    # The velocity must neither change much within the step nor have jumped before it.
+    inner, outer, angle = 0.0, 0.0, 0.0
     for i in range(n):
-        turn += GAMMA * h * (scratch.v[i] - scratch.v1[i])
-        angle = max(angle, abs(turn))
+        inner += GAMMA * h * (scratch.v1[i] - state.v[i])
+        outer += GAMMA * h * (scratch.v[i] - scratch.v1[i])
+        angle = max(angle, abs(inner), abs(outer))
     outer_load = work.tip.root_force[0]
     scratch.load[0] = inner_load
     scratch.load[1] = outer_load

@@ -30,6 +30,7 @@ from hma_gripper_sim.kernels.proximity import Obstacle
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
+CONSISTENT = 1e-2  # of a contact's depth: how well the tip's place is known after a stage
 MAX_TURN = 1.0  # rad; a larger correction of a body's angle is not believed
 
 
@@ -84,7 +85,7 @@ def solve_stage(
     s
         Rate of the stage [1/s]; 0 asks for static equilibrium.
     accuracy
-        Accepted error of a body's angle [rad], and of the contact force relative to its change.
+        Accepted error of a body's angle [rad], and of the contact force relative to it.
     q, v, a
         Joint angles, rates and accelerations, shape (n,); `q` holds the first guess.
 
@@ -124,7 +125,14 @@ def solve_stage(
         nonlinearity = turn
         if s > 0.0:
             nonlinearity += n * rate / s
-        if turn * min(1.0, nonlinearity) <= accuracy:
+        error = turn * min(1.0, nonlinearity)
+        # What it displaces the tip by must not matter against the depth of its contacts.
+        force = 0.0
+        for k in range(work.contact.normal_force.size):
+            force = max(force, work.contact.normal_force[k])
+        moved = abs(work.contact.increment[0]) + abs(work.contact.increment[1])
+        deep = moved * min(1.0, nonlinearity) * model.law.stiffness <= CONSISTENT * force
+        if error <= accuracy and (deep or force == 0.0):
             for i in range(n):
                 v[i] = s * (q[i] - q0[i])
                 a[i] = s * (v[i] - v0[i])
