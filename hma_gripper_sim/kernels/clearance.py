@@ -114,7 +114,7 @@ def part_gaps(
             # Its end lies inside the flank's contour, which the contact model does cover.
             keep = 1.0 - JOINED / np.sqrt((bx - ax) ** 2 + (bz - az) ** 2)
             bx, bz = ax + keep * (bx - ax), az + keep * (bz - az)
-        distance, _, _, along, _, _, _ = segment_distance(obstacle, ax, az, bx, bz)
+        distance, _, _, along, _, _, _, _, _ = segment_distance(obstacle, ax, az, bx, bz)
         gap = distance - obstacle.radius - segments.radius[k]
         part = segments.part[k]
         if gap < gaps[part]:
@@ -153,7 +153,7 @@ def _gaps_between(
     centre[0] = 0.5 * (vertices[0, 0] + vertices[1, 0])
     centre[1] = 0.5 * (vertices[0, 1] + vertices[1, 1])
     flank = work.placed[segments.body.size - 1]
-    distance, _, _, along, _, _, _ = segment_distance(
+    distance, _, _, along, _, _, _, _, _ = segment_distance(
         work.other, flank[0], flank[1], flank[2], flank[3]
     )
     work.gaps[OTHER_TIP] = distance - 2.0 * work.other.radius

@@ -38,6 +38,7 @@ STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along t
 GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
 STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
 STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
+STILL = 1e-10  # m/s; slip that rounding can leave where several contacts share a stick force
 CREEP_TOLERANCE = 1e-4  # of a regularised one, which rounding of the slip limits
 FORCE_ACCURACY = 1e-10  # N
 POSITION_NOISE = 1e-16  # m; rounding of a gap
@@ -147,7 +148,7 @@ def measure_gaps(
         if fingertip.capsule:
             hx = cos * points[1, 0] - sin * points[1, 1]
             hz = sin * points[1, 0] + cos * points[1, 1]
-            distance, nx, nz, along, _, _, _ = segment_distance(
+            distance, nx, nz, along, _, _, _, _, _ = segment_distance(
                 obstacle, pose[0] + lx, pose[1] + lz, pose[0] + hx, pose[1] + hz
             )
             lx += along * (hx - lx)
@@ -223,7 +224,8 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        settled = not fresh and abs(grip * slip) <= STICK_TOLERANCE * limit
+        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * limit
+        settled = still and not fresh
     row[1, 0] -= grip * s * tx
     row[1, 1] -= grip * s * tz
     row[1, 2] -= grip * s * lever
@@ -271,12 +273,18 @@ def _evaluate(
         lx = cos * points[k, 0] - sin * points[k, 1]
         lz = sin * points[k, 0] + cos * points[k, 1]
         gliding = False  # an object's vertex meets the capsule's flank
-        flat, slope, ux, uz = 0.0, 1.0, 0.0, 0.0
+        ahead, rise_ahead, behind, rise_behind, ux, uz = 0.0, 1.0, 0.0, 1.0, 0.0, 0.0
         if fingertip.capsule:
             hx = cos * points[1, 0] - sin * points[1, 1]
             hz = sin * points[1, 0] + cos * points[1, 1]
-            distance, nx, nz, along, curvature, flat, slope = segment_distance(
-                obstacle, work.pose[0] + lx, work.pose[1] + lz, work.pose[0] + hx, work.pose[1] + hz
+            distance, nx, nz, along, curvature, ahead, rise_ahead, behind, rise_behind = (
+                segment_distance(
+                    obstacle,
+                    work.pose[0] + lx,
+                    work.pose[1] + lz,
+                    work.pose[0] + hx,
+                    work.pose[1] + hz,
+                )
             )
             length = np.sqrt((hx - lx) ** 2 + (hz - lz) ** 2)
             ux, uz = (hx - lx) / length, (hz - lz) / length
@@ -314,16 +322,13 @@ def _evaluate(
         row[0, 1] = -stiffness * nz - damping * ez
         row[0, 2] = -stiffness * (nz * lx - nx * lz) - damping * (ez * lx - ex * lz)
 
-        shift, shift_turn = 0.0, 0.0
-        if flat != 0.0 and gap < 0.0:
-            shift, to_depth, to_slope = pressure_centre(-gap, flat, slope)
-            sign = 1.0 if flat > 0.0 else -1.0
-            shift_turn = -to_slope * sign * (tx * ux + tz * uz)
-            shift_turn -= to_depth * (nz * lx - nx * lz)
+        shift, shift_turn, to_depth = 0.0, 0.0, 0.0
+        if gap < 0.0 and ahead + behind > 0.0:
+            shift, to_depth, to_turn = pressure_centre(-gap, ahead, rise_ahead, behind, rise_behind)
+            # A turn of the tip raises the segment ahead of, or behind, the deepest point.
+            shift_turn = -to_turn * (tx * ux + tz * uz) - to_depth * (nz * lx - nx * lz)
             lx += shift * ux
             lz += shift * uz
-        else:
-            to_depth = 0.0
 
         lever = tz * lx - tx * lz - radius  # slip per rotation
         slip = tx * vx + tz * vz + lever * omega

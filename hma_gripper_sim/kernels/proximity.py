@@ -78,7 +78,7 @@ def is_outside(obstacle: Obstacle, x: float, z: float) -> bool:
 @kernel
 def segment_distance(
     obstacle: Obstacle, ax: float, az: float, bx: float, bz: float
-) -> tuple[float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float, float, float, float]:
     """Signed distance of a segment to the core.
 
     Returns
@@ -90,9 +90,9 @@ def segment_distance(
     curvature
         Of the object there [1/m]; negative: a vertex of the object meets the inside of the
         segment, whose direction counts.
-    flat, slope
-        Length of the segment, from the closest point (negative: towards its start), that
-        faces a flat face of the object [m], and the slope at which the two part there.
+    ahead, rise_ahead, behind, rise_behind
+        Lengths of the segment before and behind the closest point that face a flat face of
+        the object [m], and the slopes at which the two part there.
     """
     vertices, normals = obstacle.vertices, obstacle.normals
     m = vertices.shape[0]
@@ -122,8 +122,18 @@ def segment_distance(
     parted = side > 0.0 or deepest > 0.0
     if (0.0 < along < 1.0 and side > 0.0) or (not parted and side > deepest):
         along = min(1.0, max(0.0, along))
-        flat, slope = _face_below_vertex(obstacle, corner, sx, sz, ux, uz, along, length)
-        return side, sx, sz, along, -1.0, flat, slope
+        after, before = (corner + 1) % m, (corner + m - 1) % m
+        if (
+            ux * (vertices[after, 0] - vertices[before, 0])
+            + uz * (vertices[after, 1] - vertices[before, 1])
+            < 0.0
+        ):
+            after, before = before, after
+        ahead, rise_ahead = _face_along(vertices, corner, after, sx, sz, ux, uz)
+        behind, rise_behind = _face_along(vertices, corner, before, sx, sz, -ux, -uz)
+        ahead = min(ahead, (1.0 - along) * length)
+        behind = min(behind, along * length)
+        return side, sx, sz, along, -1.0, ahead, rise_ahead, behind, rise_behind
     if parted:
         distance, nx, nz, curvature = point_distance(obstacle, ax, az)
         along = 0.0
@@ -133,59 +143,45 @@ def segment_distance(
     else:  # the cores overlap: part them in the direction in which that takes least
         distance, nx, nz, curvature = deepest, normals[face, 0], normals[face, 1], 0.0
         along = 0.0 if nx * ux + nz * uz > 0.0 else 1.0
-    flat, slope = 0.0, 1.0
+    flat, rise = 0.0, 1.0
     if curvature == 0.0:
-        flat, slope = _face_below_end(obstacle, ax, az, bx, bz, ux, uz, along, nx, nz)
-    return distance, nx, nz, along, curvature, flat, slope
+        flat, rise = _face_below_end(obstacle, ax, az, bx, bz, ux, uz, along, nx, nz)
+    if along == 0.0:
+        return distance, nx, nz, along, curvature, flat, rise, 0.0, 1.0
+    return distance, nx, nz, along, curvature, 0.0, 1.0, flat, rise
 
 
 @kernel
 def _segment_to_point(
     px: float, pz: float, ux: float, uz: float, length: float
-) -> tuple[float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float, float, float, float]:
     """`segment_distance` for a core of one vertex at (px, pz) from the segment's start."""
     along = ux * px + uz * pz
     if 0.0 < along < length:
         side = uz * px - ux * pz
         if side >= 0.0:
-            return side, -uz, ux, along / length, -1.0, 0.0, 1.0
-        return -side, uz, -ux, along / length, -1.0, 0.0, 1.0
+            return side, -uz, ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0
+        return -side, uz, -ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0
     end = 0.0
     if along >= length:
         px, pz, end = px - length * ux, pz - length * uz, 1.0
     distance = np.sqrt(px * px + pz * pz)
     if distance == 0.0:
-        return 0.0, 0.0, 1.0, end, 0.0, 0.0, 1.0
-    return distance, -px / distance, -pz / distance, end, 1.0 / distance, 0.0, 1.0
+        return 0.0, 0.0, 1.0, end, 0.0, 0.0, 1.0, 0.0, 1.0
+    return distance, -px / distance, -pz / distance, end, 1.0 / distance, 0.0, 1.0, 0.0, 1.0
 
 
 @kernel
-def _face_below_vertex(
-    obstacle: Obstacle,
-    corner: int,
-    sx: float,
-    sz: float,
-    ux: float,
-    uz: float,
-    along: float,
-    length: float,
+def _face_along(
+    vertices: Array, corner: int, other: int, sx: float, sz: float, ux: float, uz: float
 ) -> tuple[float, float]:
-    """Flat part next to a vertex that meets a segment: the less inclined adjacent face."""
-    vertices = obstacle.vertices
-    m = vertices.shape[0]
-    flat, slope = 0.0, 1.0
-    for step in range(2):
-        other = (corner + 1) % m if step == 0 else (corner + m - 1) % m
-        ex, ez = vertices[other, 0] - vertices[corner, 0], vertices[other, 1] - vertices[corner, 1]
-        size = np.sqrt(ex * ex + ez * ez)
-        drop = -(sx * ex + sz * ez) / size
-        if drop < slope:
-            slope = drop
-            flat = ux * ex + uz * ez
-    room = (1.0 - along) * length if flat > 0.0 else -along * length
-    if abs(room) < abs(flat):
-        flat = room
-    return flat, max(0.0, slope)
+    """Length along a segment of the face to `other`, and the slope at which it falls away.
+
+    (sx, sz) is the segment's normal away from the object, (ux, uz) the way along it.
+    """
+    ex, ez = vertices[other, 0] - vertices[corner, 0], vertices[other, 1] - vertices[corner, 1]
+    drop = -(sx * ex + sz * ez) / np.sqrt(ex * ex + ez * ez)
+    return max(0.0, ux * ex + uz * ez), max(0.0, drop)
 
 
 @kernel
@@ -214,26 +210,53 @@ def _face_below_end(
             glide = sign * (nx * uz - nz * ux)  # along the face, towards its next vertex
             end = j if glide > 0.0 else i
             room = abs(nx * (vertices[end, 1] - pz) - nz * (vertices[end, 0] - px))
-            return sign * min(length, room / max(abs(glide), 1e-12)), max(0.0, slope)
+            return min(length, room / max(abs(glide), 1e-12)), max(0.0, slope)
     return 0.0, 1.0
 
 
 @kernel
-def pressure_centre(depth: float, flat: float, slope: float) -> tuple[float, float, float]:
-    """Centre of pressure on a flat overlap, as a bed of springs has it.
+def _bed(depth: float, flat: float, rise: float) -> tuple[float, float, float, float, float, float]:
+    """Area and first moment of the pressure on one side of the deepest point of a flat overlap.
 
-    Returns its distance from the deepest point (signed as `flat`) and the derivatives of
-    that to the depth and to the slope.
+    Returns both, their derivatives to the depth, and to the slope `rise`.
     """
-    length = abs(flat)
-    sign = 1.0 if flat > 0.0 else -1.0
-    if slope * length <= depth:  # the whole flat part is in touch
-        below = 2.0 * depth - slope * length
-        centre = length * (3.0 * depth - 2.0 * slope * length) / (3.0 * below)
-        to_depth = length * length * slope / (3.0 * below * below)
-        to_slope = -length * length * depth / (3.0 * below * below)
-    else:
-        centre = depth / (3.0 * slope)
-        to_depth = 1.0 / (3.0 * slope)
-        to_slope = -centre / slope
-    return sign * centre, sign * to_depth, sign * to_slope
+    if rise * flat <= depth:  # the whole flat part is in touch
+        return (
+            flat * (depth - 0.5 * rise * flat),
+            flat * flat * (0.5 * depth - rise * flat / 3.0),
+            flat,
+            0.5 * flat * flat,
+            -0.5 * flat * flat,
+            -flat * flat * flat / 3.0,
+        )
+    reach = depth / rise
+    return (
+        0.5 * depth * reach,
+        depth * reach * reach / 6.0,
+        reach,
+        0.5 * reach * reach,
+        -0.5 * reach * reach,
+        -reach * reach * reach / 3.0,
+    )
+
+
+@kernel
+def pressure_centre(
+    depth: float, ahead: float, rise_ahead: float, behind: float, rise_behind: float
+) -> tuple[float, float, float]:
+    """Centre of pressure of a flat overlap, as a bed of springs has it.
+
+    Returns its distance ahead of the deepest point, and the derivatives of that to the depth
+    and to a turn that raises the segment ahead.
+    """
+    area, moment, area_depth, moment_depth, area_turn, moment_turn = _bed(depth, ahead, rise_ahead)
+    b_area, b_moment, b_area_depth, b_moment_depth, b_area_turn, b_moment_turn = _bed(
+        depth, behind, rise_behind
+    )
+    total = area + b_area
+    if total <= 0.0:
+        return 0.0, 0.0, 0.0
+    centre = (moment - b_moment) / total
+    to_depth = (moment_depth - b_moment_depth - centre * (area_depth + b_area_depth)) / total
+    to_turn = (moment_turn + b_moment_turn - centre * (area_turn - b_area_turn)) / total
+    return centre, to_depth, to_turn
