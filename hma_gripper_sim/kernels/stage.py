@@ -108,7 +108,7 @@ def solve_stage(
         if not eliminate(model.chain, s, q, v, work.chain, tip):
             return 0
         if not solve_contact(
-            model.fingertip, model.obstacle, model.law, s, accuracy, tip, work.contact
+            model.fingertip, model.obstacle, model.law, s, 1e-3 * accuracy, tip, work.contact
         ):
             return 0
         for j in range(3):
