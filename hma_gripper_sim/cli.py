@@ -82,7 +82,7 @@ def demo(
     \b
     Examples:
       hma_gripper demo
-      hma_gripper demo --report /tmp/pick_up --real-time-factor 5
+      hma_gripper demo --report pick_up --real-time-factor 5
       hma_gripper demo --experiment my_box.yaml --design my_gripper.yaml
     """
     from hma_gripper_sim.demo import run_demo

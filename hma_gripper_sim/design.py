@@ -342,8 +342,9 @@ def _check_positive(owner: object, **units: str) -> None:
 
 def _point(value: object, *, field: str) -> Point:
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
-        raise InputError(f"expected a point (x, y), got {value!r}", field=field)
-    return (quantity(value[0], "m", field=field), quantity(value[1], "m", field=field))
+        raise InputError(f"expected a point (x, y), got {value!r}", field=field, source="Tip")
+    x, y = (quantity(item, "m", field=field, source="Tip") for item in value)
+    return (x, y)
 
 
 def _section(mapping: Mapping[str, Any], name: str, kind: Any, units: Mapping[str, Any]) -> Any:

@@ -50,6 +50,8 @@ class HalfGripper:
         Origin of the tip's frame in the frame of the last body [m], shape (2,).
     tangent
         Weights of the body angles that add up to the beam's tangent at mid-length, shape (n,).
+    tangent_offset
+        To be added: the beam's slant in the frame of the corner body, if that has a weight [rad].
     beam_start, beam_end
         Ends of the side beam: body and point (x, z) in its frame [m].
     segments
@@ -61,6 +63,7 @@ class HalfGripper:
     middle_mass: float
     tip_origin: Array
     tangent: Array
+    tangent_offset: float
     beam_start: tuple[int, Array]
     beam_end: tuple[int, Array]
     segments: Segments
@@ -130,6 +133,7 @@ def discretise(
         design.line_density * design.top_length / elements_top,
         np.array(tip_origin),
         tangent,
+        float(tangent[elements_top - 1]) * (design.beam_angle - 0.5 * math.pi),
         (elements_top - 1, np.array(_corner_from_last_top_joint(design, elements_top))),
         (n - 1, np.array(tip_origin)),
         _segments(design, bodies, np.array(tip_origin)),

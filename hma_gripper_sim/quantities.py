@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from functools import cache
 from numbers import Real
@@ -15,6 +16,9 @@ from hma_gripper_sim.errors import InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
+
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(|[^\W\d_].*|[°%].*)")
 
 
 @cache
@@ -60,7 +64,7 @@ def quantity(
     if isinstance(value, str):
         number = _magnitude(value, unit, wanted, refuse)
     elif not isinstance(value, bool) and isinstance(value, Real):
-        number = float(value)
+        number = _as_float(value)
     else:
         raise refuse(f"expected {wanted}, got {value!r}")
     shown = f"{number:g} {unit}".strip()
@@ -74,11 +78,21 @@ def quantity(
     return number
 
 
+def _as_float(value: Real) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # an int beyond the range of floats
+        return math.inf
+
+
 def _magnitude(text: str, unit: str, wanted: str, refuse: Any) -> float:
     import pint
 
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        raise refuse(f"expected {wanted}, got {text!r}")
     try:
-        parsed: Any = _units().Quantity(text)
+        parsed: Any = _units().Quantity(float(match[1]), match[2])
         return float(parsed.to(unit or "dimensionless").magnitude)
     except pint.DimensionalityError as error:
         raise refuse(f"expected {wanted}, got {text!r} ({error.units1})") from None
@@ -90,11 +104,14 @@ def whole_number(
     value: object, *, field: str | None = None, source: str | None = None, minimum: int = 1
 ) -> int:
     """Return `value` as an int of at least `minimum`; raise `InputError` otherwise."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not float(value).is_integer():
+    number = math.nan
+    if not isinstance(value, bool) and isinstance(value, Real):
+        number = _as_float(value)
+    if not number.is_integer():
         raise InputError(f"expected a whole number, got {value!r}", field=field, source=source)
-    if float(value) < minimum:
+    if number < minimum:
         raise InputError(f"must be at least {minimum}, got {value}", field=field, source=source)
-    return int(float(value))
+    return int(number)
 
 
 def choice(
@@ -134,6 +151,8 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         raise InputError(f"cannot be read: {reason}", source=source) from None
     try:
         content = yaml.safe_load(text)
+    except ValueError as error:  # such as a date that does not exist
+        raise InputError(f"not valid YAML: {error}", source=source) from None
     except yaml.YAMLError as error:
         where = getattr(error, "problem_mark", None)
         line = f" at line {where.line + 1}" if where is not None else ""

@@ -228,7 +228,7 @@ def beam_tangent(half: HalfGripper, q: Array) -> Array:
     `q`: joint angles of one half, shape (..., n).
     """
     angles = np.cumsum(q + half.chain.rest, axis=-1)
-    return np.asarray(np.pi + angles @ half.tangent)
+    return np.asarray(np.pi + half.tangent_offset + angles @ half.tangent)
 
 
 def beam_chord(half: HalfGripper, q: Array) -> Array:
