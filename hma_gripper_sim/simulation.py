@@ -153,7 +153,7 @@ class Simulation:
         What is simulated.
     tolerance
         Error that one step may add, relative to the largest actuator force so far and to a
-        radian; None: the scene's accuracy, or 1e-3.  Steps are never taken coarser than at 2e-2.
+        radian; None: the scene's accuracy, or 1e-3.  Steps are never taken coarser than at 1e-2.
 
     Raises
     ------

@@ -28,9 +28,9 @@ LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before i
 # Error that one step may add at a tolerance of 1: angles of bodies, and the deviation of the
 # force from a straight line relative to the largest force.  A deviation that lasts shorter
 # than the resolution counts in proportion, so that a jump of the force is not chased.
-COARSEST = 2e-2  # tolerances above this are taken as this: their steps would miss contacts
-ANGLE = 0.5  # rad
-FORCE = 0.5
+COARSEST = 1e-2  # tolerances above this are taken as this: their steps would miss contacts
+ANGLE = 1.0  # rad
+FORCE = 1.0
 FORCE_TIME = 0.01  # s
 FORCE_TRAVEL = 4e-5  # m of the base
 

@@ -1,0 +1,22 @@
+"""What the tests of the simulation share."""
+
+from __future__ import annotations
+
+import pytest
+
+from hma_gripper_sim import Circle, GripperDesign, RoundedBox
+
+
+@pytest.fixture(scope="session")
+def design() -> GripperDesign:
+    return GripperDesign.thesis_2013()
+
+
+@pytest.fixture(scope="session")
+def box() -> RoundedBox:
+    return RoundedBox(width=0.028, height=0.028, corner_radius=0.002)
+
+
+@pytest.fixture(scope="session")
+def cylinder() -> Circle:
+    return Circle(radius=0.015)
