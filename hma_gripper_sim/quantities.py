@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from pint import UnitRegistry
 
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(|[^\W\d_].*|[°%].*)")
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*(|[^\W\d_].*|[°%].*)")
 
 
 @cache
