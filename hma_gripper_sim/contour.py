@@ -57,10 +57,11 @@ class Contour(ABC):
             after = core[(i + 1) % len(core)] - vertex
             start = math.atan2(-before[0], before[1])
             turn = (math.atan2(-after[0], after[1]) - start) % (2.0 * math.pi)
-            if len(core) == 1:
+            whole_turn = len(core) == 1
+            if whole_turn:
                 turn = 2.0 * math.pi
             count = max(2, math.ceil(points_per_turn * turn / (2.0 * math.pi)) + 1)
-            angle = start + turn * np.linspace(0.0, 1.0, count)
+            angle = start + turn * np.linspace(0.0, 1.0, count, endpoint=not whole_turn)
             pieces.append(vertex + radius * np.column_stack([np.cos(angle), np.sin(angle)]))
         closed = np.vstack(pieces)
         return np.vstack([closed, closed[:1]])

@@ -122,7 +122,7 @@ class Scene:
         if self.sampled_normal is None:
             self._set("sampled_normal", "object" if isinstance(self.contour, Circle) else "tip")
         choice(self.sampled_normal, SAMPLED_NORMALS, field="sampled_normal", source="Scene")
-        if self.symmetry not in (None, False):
+        if self.symmetry is not None and self.symmetry is not False:
             raise _refuse("symmetry", f"must be None or False, got {self.symmetry!r}")
         if self.accuracy is not None:
             value = quantity(
