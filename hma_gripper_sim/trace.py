@@ -125,9 +125,10 @@ class Trace:
     @cached_property
     def actuator_force(self) -> Array:
         """Positive when the actuator pushes towards the object [N], shape (n_samples,)."""
-        middle = self.scene.half.middle_mass * (
-            self._motion.acceleration[self._segment] - self.scene.gravity
-        )
+        acceleration: Array | float = 0.0
+        if self._motion.acceleration.any():
+            acceleration = self._motion.acceleration[self._segment]
+        middle = self.scene.half.middle_mass * (acceleration - self.scene.gravity)
         right = np.interp(self.time, *_load_knots(self._right))
         left = right
         if self._left is not self._right:
