@@ -98,6 +98,7 @@ setup(
         "scipy>=1.11",
     ],
     extras_require={
+        "bench": ["exudyn>=1.13", "mujoco>=4.0"],
         "ros": [
             f"ros-{name}=={version}"
             for version, names in JAZZY_WHEELS.items()

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from hma_gripper_sim.benchmark.command import benchmark
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.node_process import NodeError
 
@@ -88,6 +89,9 @@ def demo(
     from hma_gripper_sim.demo import run_demo
 
     ctx.exit(run_demo(report, experiments, design, real_time_factor))
+
+
+cli.add_command(benchmark)
 
 
 def main() -> None:

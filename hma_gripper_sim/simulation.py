@@ -80,7 +80,7 @@ class Snapshot:
     halves: tuple[HalfState, ...]
 
 
-class _Half:
+class Half:
     """State and buffers of one half."""
 
     def __init__(self, model: Model) -> None:
@@ -173,8 +173,8 @@ class Simulation:
         )
         self._scene = scene
         self._halves = _build_halves(scene)
-        self._ticks = [_empty_record(half, 64) for half in self._halves]
-        self.reset()
+        self._ticks = [empty_record(half, 64) for half in self._halves]
+        self.time = self.travel = self.velocity = self._acceleration = 0.0
 
     @property
     def scene(self) -> Scene:
@@ -183,10 +183,7 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the start: static equilibrium, travel 0, time 0, at rest."""
-        self.time = 0.0
-        self.travel = 0.0
-        self.velocity = 0.0
-        self._acceleration = 0.0
+        self.time = self.travel = self.velocity = self._acceleration = 0.0
         for half in self._halves:
             half.state = half.rest_state()
 
@@ -246,9 +243,7 @@ class Simulation:
         records = []
         worst = Outcome.CONVERGED
         for half in self._halves:
-            outcome, record, filled = half.advance(
-                motion, self.tolerance, _empty_record(half, ROWS)
-            )
+            outcome, record, filled = half.advance(motion, self.tolerance, empty_record(half, ROWS))
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
@@ -362,7 +357,7 @@ class Simulation:
             half.state.wrench[:] = 0.0
         self._scene = scene
         self._halves = halves
-        self._ticks = [_empty_record(half, 64) for half in halves]
+        self._ticks = [empty_record(half, 64) for half in halves]
 
     def _counts(self) -> NDArray[np.int64]:
         """Steps, rejected steps and Newton iterations of all halves so far."""
@@ -427,12 +422,13 @@ def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> f
     return -smallest
 
 
-def _build_halves(scene: Scene, both: bool = False) -> list[_Half]:
+def _build_halves(scene: Scene, both: bool = False) -> list[Half]:
     models = scene.models if both or not scene.is_symmetric else scene.models[:1]
-    return [_Half(model) for model in models]
+    return [Half(model) for model in models]
 
 
-def _empty_record(half: _Half, rows: int) -> Record:
+def empty_record(half: Half, rows: int) -> Record:
+    """Allocate a record of `rows` steps."""
     n = half.model.chain.rest.size
     return Record(
         np.empty(rows),
