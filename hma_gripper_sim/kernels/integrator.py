@@ -160,20 +160,19 @@ def integrate(
     """
     n = state.q.size
     end = motion.time[-1]
-    q, v = state.q, state.v
-    segment = 0
+    segments = motion.velocity.size
+    segment, jump = 0, 0
     while state.clock[0] < end:
         t = state.clock[0]
-        while segment + 1 < motion.velocity.size and motion.time[segment + 1] <= t:
+        while segment + 1 < segments and motion.time[segment + 1] <= t:
             segment += 1
         if filled >= record.time.size:
             return FULL, filled
         # A step ends where the velocity jumps.
-        stop = end
-        for k in range(segment + 1, motion.velocity.size):
-            if motion.jump[k]:
-                stop = motion.time[k]
-                break
+        jump = max(jump, segment + 1)
+        while jump < segments and not motion.jump[jump]:
+            jump += 1
+        stop = motion.time[jump]
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
             state.clock[1] = min(state.clock[1], restart_step(motion.velocity[segment]))
@@ -203,39 +202,54 @@ def integrate(
             state.clock[1] = min(h * growth, restart_step(work.base[1]))
         elif h * growth > state.clock[1] or h < stop - t:
             state.clock[1] = h * growth
-        for i in range(n):
-            q[i] = scratch.q[i]
-            v[i] = scratch.v[i]
-            state.a[i] = scratch.a[i]
-            record.q[filled, i] = q[i]
-            record.v[filled, i] = v[i]
-            record.a[filled, i] = scratch.a[i]
-        for j in range(3):
-            state.wrench[j] = work.tip.wrench[j]
-            record.wrench[filled, j] = state.wrench[j]
-        copy_modes(work.contact.modes, state.modes)
-        for j in range(3):  # of the tip, after the last Newton step
-            scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
-        measure_gaps(
-            model.fingertip,
-            model.obstacle,
-            work.contact.pose,
-            scratch.twist,
-            state.gap,
-            state.approach,
-        )
-        for j in range(4):
-            power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
-            state.work[j] += h * power
-            record.work[filled, j] = state.work[j]
-        record.time[filled] = state.clock[0]
-        record.load[filled, 0] = scratch.load[0]
-        record.load[filled, 1] = scratch.load[1]
-        state.load[0] = scratch.load[1]
-        state.clock[2] = max(state.clock[2], abs(state.load[0]))
-        state.counts[0] += 1
+        _accept(model, h, state, work, scratch)
+        _write(state, scratch, record, filled)
         filled += 1
     return DONE, filled
+
+
+@kernel
+def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepWork) -> None:
+    """Take over the result of a trial step of length `h` as the state."""
+    for i in range(state.q.size):
+        state.q[i] = scratch.q[i]
+        state.v[i] = scratch.v[i]
+        state.a[i] = scratch.a[i]
+    for j in range(3):
+        state.wrench[j] = work.tip.wrench[j]
+        # Of the tip, after the last Newton step.
+        scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
+    copy_modes(work.contact.modes, state.modes)
+    measure_gaps(
+        model.fingertip,
+        model.obstacle,
+        work.contact.pose,
+        scratch.twist,
+        state.gap,
+        state.approach,
+    )
+    for j in range(4):
+        power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
+        state.work[j] += h * power
+    state.load[0] = scratch.load[1]
+    state.clock[2] = max(state.clock[2], abs(state.load[0]))
+    state.counts[0] += 1
+
+
+@kernel
+def _write(state: HalfState, scratch: StepWork, record: Record, row: int) -> None:
+    """Record an accepted step."""
+    record.time[row] = state.clock[0]
+    for i in range(state.q.size):
+        record.q[row, i] = state.q[i]
+        record.v[row, i] = state.v[i]
+        record.a[row, i] = state.a[i]
+    for j in range(3):
+        record.wrench[row, j] = state.wrench[j]
+    for j in range(4):
+        record.work[row, j] = state.work[j]
+    record.load[row, 0] = scratch.load[0]
+    record.load[row, 1] = scratch.load[1]
 
 
 @kernel
