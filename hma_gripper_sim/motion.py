@@ -70,7 +70,7 @@ def follow(velocity: Velocity, start: float, travel: float, duration: float) -> 
             else:
                 todo.append((middle, b, quarters[1], vb))
                 todo.append((a, middle, va, quarters[1]))
-    merged = _merge(pieces, scale)
+    merged = _merge(pieces)
     time = np.array([piece[0] for piece in merged] + [merged[-1][1]])
     return _table(
         time,
@@ -81,7 +81,7 @@ def follow(velocity: Velocity, start: float, travel: float, duration: float) -> 
 
 
 def _merge(
-    pieces: list[tuple[float, float, float, float]], scale: float
+    pieces: list[tuple[float, float, float, float]],
 ) -> list[tuple[float, float, float, float]]:
     """Join neighbouring pieces of the same constant velocity."""
     merged = [pieces[0]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 
@@ -68,10 +68,6 @@ class Task:
     def samples(self) -> Array:
         """Times at which results are compared [s], shape (n_samples,)."""
         return np.asarray(SAMPLE_PERIOD * np.arange(round(self.duration / SAMPLE_PERIOD) + 1))
-
-    def with_slip_velocity(self, slip_velocity: float) -> Task:
-        """The same with another friction law."""
-        return replace(self, scene=replace(self.scene, slip_velocity=slip_velocity))
 
 
 def tasks() -> dict[str, Task]:

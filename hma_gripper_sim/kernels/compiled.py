@@ -14,7 +14,7 @@ try:
 except ImportError:
     COMPILED = False
     warnings.warn(
-        "numba is not installed: the simulation runs as plain Python, about 100 times slower; "
+        "numba is not installed: the simulation runs as plain Python, about 200 times slower; "
         "`pip install numba` compiles it",
         RuntimeWarning,
         stacklevel=2,

@@ -84,7 +84,6 @@ class ContactWork(NamedTuple):
     friction_force: Array  # along the tangent, 90 degrees left of the normal [N], shape (k,)
     slip: Array  # tangential velocity [m/s], shape (k,)
     place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
-    direction: Array  # of the normal force on the tip, shape (k, 2)
     wrench: Array  # on the tip about the last joint: fx, fz, m; shape (3,)
     tangent: Array  # of the wrench to the pose, shape (3, 3)
     row: Array  # scratch: differentials of normal and friction force, shape (2, 3)
@@ -113,7 +112,6 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros(k),
         np.zeros(k),
         np.zeros(k),
-        np.zeros((k, 2)),
         np.zeros((k, 2)),
         np.zeros(3),
         np.zeros((3, 3)),
@@ -370,8 +368,6 @@ def _evaluate(
         work.wrench[2] += lx * fz - lz * fx - radius * friction
         work.normal_force[k] = normal
         work.slip[k] = slip
-        work.direction[k, 0] = ex
-        work.direction[k, 1] = ez
         work.place[k, 0] = work.pose[0] + lx
         work.place[k, 1] = work.pose[1] + lz
     return settled
