@@ -48,10 +48,9 @@ class HalfGripper:
         Mass of the middle GBE, which the prismatic joint carries [kg].
     tip_origin
         Origin of the tip's frame in the frame of the last body [m], shape (2,).
-    tangent
-        Weights of the body angles that add up to the beam's tangent at mid-length, shape (n,).
-    tangent_offset
-        To be added: the beam's slant in the frame of the corner body, if that has a weight [rad].
+    phi_rest, phi_weights
+        Angle between top beam and the side beam's tangent at mid-length: its stress-free value
+        [rad], and what each joint angle adds to it, shape (n,).
     beam_start, beam_end
         Ends of the side beam: body and point (x, z) in its frame [m].
     segments
@@ -62,8 +61,8 @@ class HalfGripper:
     joints: tuple[Joint, ...]
     middle_mass: float
     tip_origin: Array
-    tangent: Array
-    tangent_offset: float
+    phi_rest: float
+    phi_weights: Array
     beam_start: tuple[int, Array]
     beam_end: tuple[int, Array]
     segments: Segments
@@ -127,13 +126,16 @@ def discretise(
     tangent[first + below] = 1.0 - share
     if share > 0.0:
         tangent[first + below + 1] = share
+    weights = np.cumsum(tangent[::-1])[::-1]  # a joint turns all bodies from it outwards
+    # The corner body points along the top beam.
+    slant = float(tangent[elements_top - 1]) * (design.beam_angle - 0.5 * math.pi)
     return HalfGripper(
         chain,
         tuple(body.joint for body in bodies),
         design.line_density * design.top_length / elements_top,
         np.array(tip_origin),
-        tangent,
-        float(tangent[elements_top - 1]) * (design.beam_angle - 0.5 * math.pi),
+        math.pi + slant + float(chain.rest @ weights),
+        weights,
         (elements_top - 1, np.array(_corner_from_last_top_joint(design, elements_top))),
         (n - 1, np.array(tip_origin)),
         _segments(design, bodies, np.array(tip_origin)),
@@ -239,11 +241,15 @@ def _segments(design: GripperDesign, bodies: list[_Body], tip_origin: Array) -> 
     rows.append((tip, TIP_SHANK, *tip_origin, *(tip_origin + end)))
     rows.append((tip, TIP_FLANK, *(tip_origin + start), *(tip_origin + end)))
     radius = [0.5 * design.width if row[1] < TIP_SHANK else design.tip.radius for row in rows]
+    reach = [math.hypot(*body.link) for body in bodies]
+    for i, _, *ends in rows:
+        reach[i] = max(reach[i], math.hypot(*ends[:2]), math.hypot(*ends[2:]))
     return Segments(
         np.array([row[0] for row in rows]),
         np.array([row[1] for row in rows]),
         np.array([row[2:] for row in rows]),
         np.array(radius),
+        np.array(reach),
     )
 
 

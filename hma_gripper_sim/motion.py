@@ -24,11 +24,13 @@ def ramp(
 
     `jump` says whether that differs from the motion so far in velocity or acceleration.
     """
-    motion = _table(
-        np.array([start, start + duration]), np.array([before]), np.array([after]), travel
+    return Motion(
+        np.array([start, start + duration]),
+        np.array([travel, travel + 0.5 * (before + after) * duration]),
+        np.array([before]),
+        np.array([(after - before) / duration]),
+        np.array([jump]),
     )
-    motion.jump[0] = jump
-    return motion
 
 
 def follow(velocity: Velocity, start: float, travel: float, duration: float) -> Motion:

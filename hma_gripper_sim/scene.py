@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -165,13 +166,25 @@ class Scene:
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """``slide``, then part by part, right before left, numbered from the middle outwards."""
-        names = ["slide"]
+        return ("slide", *(name for name, _, _ in self._revolute_joints))
+
+    @cached_property
+    def joint_columns(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Where in `joint_names` the joints of the right and of the left half are, each (n,)."""
+        columns = np.empty((2, len(self.half.joints)), dtype=np.intp)
+        for column, (_, side, joint) in enumerate(self._revolute_joints, start=1):
+            columns[side, joint] = column
+        return columns[0], columns[1]
+
+    @property
+    def _revolute_joints(self) -> Iterator[tuple[str, int, int]]:
+        """Name, side and number in the chain of each joint, in the order of `joint_names`."""
         for part in ("top", "beam", "tip"):
-            for side in SIDES:
-                for kind, number in self.half.joints:
+            for side, side_name in enumerate(SIDES):
+                for joint, (kind, number) in enumerate(self.half.joints):
                     if kind == part:
-                        names.append(f"tip_{side}" if part == "tip" else f"{part}_{side}_{number}")
-        return tuple(names)
+                        name = f"{part}_{side_name}"
+                        yield name if part == "tip" else f"{name}_{number}", side, joint
 
     @cached_property
     def is_symmetric(self) -> bool:

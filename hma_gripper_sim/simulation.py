@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-3
 FIRST_STEP = 1e-4  # s
 ROWS = 1024  # of a record before it first grows
+LOAD_INCREMENTS = (1, 10, 100)  # of gravity, tried in this order until the start pose is found
 
 
 @dataclass(frozen=True)
@@ -86,29 +87,26 @@ class Half:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.work = allocate(model)
-        self.scratch = step_work(model.chain.rest.size)
+        self.scratch = step_work(model.chain.rest.size, len(self.work.contact.normal_force))
         self.state = self.rest_state()
 
     def rest_state(self) -> HalfState:
         """Static equilibrium at travel 0, to rounding."""
         n = self.model.chain.rest.size
         q, v, a = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.work.base[:] = 0.0
-        self.work.tip.wrench[:] = 0.0
-        copy_modes(contact_modes(len(self.work.contact.normal_force)), self.work.contact.modes)
-        zero = np.zeros(n)
-        if not solve_stage(self.model, 0.0, 1e-14, zero, zero, q, v, a, self.work):
+        candidates = len(self.work.contact.normal_force)
+        if not any(self._settle(increments, q, v, a) for increments in LOAD_INCREMENTS):
             raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
         load = self.work.tip.root_force[0]
-        candidates = len(self.work.contact.normal_force)
-        gap, approach = np.zeros(candidates), np.zeros(candidates)
+        margin, drift = np.zeros((candidates, 2)), np.zeros((candidates, 2))
         measure_gaps(
             self.model.fingertip,
             self.model.obstacle,
             self.work.contact.pose,
             self.work.tip.twist,
-            gap,
-            approach,
+            self.work.contact.modes,
+            margin,
+            drift,
         )
         return HalfState(
             clock=np.array([0.0, FIRST_STEP, abs(load)]),
@@ -117,12 +115,26 @@ class Half:
             a=a,
             wrench=self.work.tip.wrench.copy(),
             modes=_copy_modes(self.work.contact.modes),
-            gap=gap,
-            approach=approach,
+            margin=margin,
+            drift=drift,
             load=np.array([load]),
             work=np.zeros(4),
             counts=np.zeros(3, dtype=np.int64),
         )
+
+    def _settle(self, increments: int, q: Array, v: Array, a: Array) -> bool:
+        """Hang the stress-free gripper up with the gravity rising in a number of increments."""
+        q[:] = 0.0
+        self.work.base[:] = 0.0
+        self.work.tip.wrench[:] = 0.0
+        copy_modes(contact_modes(len(self.work.contact.normal_force)), self.work.contact.modes)
+        zero = np.zeros(len(q))
+        for share in np.arange(1, increments + 1) / increments:
+            model = self.model._replace(gravity=share * self.model.gravity)
+            if not solve_stage(model, 0.0, 1e-14, zero, zero, q, v, a, self.work):
+                return False
+            self.work.tip.wrench[:] = self.work.contact.wrench
+        return True
 
     def advance(
         self, motion: Motion, tolerance: float, record: Record
@@ -285,8 +297,8 @@ class Simulation:
             actuator_force=float(force),
             phi_left=float(beam_tangent(half, left.q)),
             phi_right=float(beam_tangent(half, right.q)),
-            phi_left_rate=float(half.tangent @ np.cumsum(left.v)),
-            phi_right_rate=float(half.tangent @ np.cumsum(right.v)),
+            phi_left_rate=float(left.v @ half.phi_weights),
+            phi_right_rate=float(right.v @ half.phi_weights),
             joint_position=position,
             joint_velocity=velocity,
             joint_effort=effort,

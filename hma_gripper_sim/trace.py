@@ -21,9 +21,9 @@ from hma_gripper_sim.kernels.clearance import (
     Recorded,
     clearance_work,
     first_touches,
-    mirrored_flanks,
 )
-from hma_gripper_sim.kernels.integrator import GAMMA, Motion
+from hma_gripper_sim.kernels.dense_output import add_load
+from hma_gripper_sim.kernels.integrator import Motion
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord
@@ -125,15 +125,13 @@ class Trace:
     @cached_property
     def actuator_force(self) -> Array:
         """Positive when the actuator pushes towards the object [N], shape (n_samples,)."""
-        acceleration: Array | float = 0.0
-        if self._motion.acceleration.any():
-            acceleration = self._motion.acceleration[self._segment]
-        middle = self.scene.half.middle_mass * (acceleration - self.scene.gravity)
-        right = np.interp(self.time, *_load_knots(self._right))
-        left = right
-        if self._left is not self._right:
-            left = np.interp(self.time, *_load_knots(self._left))
-        return np.asarray(right + left + middle)
+        half, motion = self.scene.half, self._motion
+        force = np.full(len(self.time), -half.middle_mass * self.scene.gravity)
+        if motion.acceleration.any():
+            force += half.middle_mass * motion.acceleration[self._segment]
+        for record in (self._right, self._left):
+            add_load(self.time, record.time, record.load, force)
+        return force
 
     @cached_property
     def phi_right(self) -> Array:
@@ -160,7 +158,7 @@ class Trace:
         if choice(definition, ("tangent", "chord"), field="definition", source="phi") == "chord":
             return beam_chord(half, self.half_rows(side)[0])
         knots = beam_tangent(half, record.q)
-        rates = np.cumsum(record.v, axis=1) @ half.tangent
+        rates = record.v @ half.phi_weights
         return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
 
     @property
@@ -228,8 +226,7 @@ def beam_tangent(half: HalfGripper, q: Array) -> Array:
 
     `q`: joint angles of one half, shape (..., n).
     """
-    angles = np.cumsum(q + half.chain.rest, axis=-1)
-    return np.asarray(np.pi + half.tangent_offset + angles @ half.tangent)
+    return np.asarray(half.phi_rest + q @ half.phi_weights)
 
 
 def beam_chord(half: HalfGripper, q: Array) -> Array:
@@ -258,22 +255,15 @@ def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Arr
     position, velocity, effort
         Shape (..., n_joints).
     """
-    half = scene.half
-    order = _joint_order(half)
-    stiffness, damping = half.chain.stiffness, half.chain.damping
-
-    def arrange(first: Array, of_right: Array, of_left: Array) -> Array:
-        both = np.concatenate([of_right, -of_left], axis=-1)[..., order]
-        return np.concatenate([first[..., None], both], axis=-1)
-
-    def effort(rows: Rows) -> Array:
-        return np.asarray(-(stiffness * rows[0] + damping * rows[1]))
-
-    return (
-        arrange(slide[0], right[0], left[0]),
-        arrange(slide[1], right[1], left[1]),
-        arrange(slide[2], effort(right), effort(left)),
-    )
+    chain = scene.half.chain
+    rows = np.empty((3, *slide.shape[1:], len(scene.joint_names)))
+    rows[..., 0] = slide
+    # Mirrored angles turn the other way.
+    for columns, sign, (q, v) in zip(scene.joint_columns, (1.0, -1.0), (right, left), strict=True):
+        rows[0][..., columns] = sign * q
+        rows[1][..., columns] = sign * v
+        rows[2][..., columns] = -sign * (chain.stiffness * q + chain.damping * v)
+    return rows[0], rows[1], rows[2]
 
 
 def find_unmodelled_touches(
@@ -283,15 +273,13 @@ def find_unmodelled_touches(
     half = scene.half
     touches = []
     found = np.empty((PARTS, 3))
-    work = clearance_work(half.segments, len(half.joints))
+    work = clearance_work(half.segments)
     mirrored = len(records) == 1
     for i, record in enumerate(records):
         other, model = records[-1 - i], scene.models[i]
         travel = np.interp(record.time, motion.time, motion.travel)
         angles = record.q if mirrored else _linear(record.time, other.time, other.q)
-        flanks = np.empty((len(record.time), 4))
-        mirrored_flanks(half.chain, half.segments, travel, angles, work.placed, flanks)
-        states = Recorded(record.time, travel, record.q, flanks)
+        states = Recorded(record.time, travel, record.q, angles)
         first_touches(model.chain, half.segments, model.obstacle, states, work, found)
         for part, (time, x, z) in enumerate(found):
             if np.isinf(time):
@@ -302,27 +290,6 @@ def find_unmodelled_touches(
                     touch = UnmodelledContactWarning(PART_NAMES[part], side, float(time), place)
                     touches.append(touch)
     return tuple(sorted(touches, key=lambda touch: touch.time))
-
-
-def _joint_order(half: HalfGripper) -> NDArray[np.intp]:
-    """Columns of (right, left) halves in the order of the joint names."""
-    n = len(half.joints)
-    columns = []
-    for part in ("top", "beam", "tip"):
-        for offset in (0, n):
-            columns += [offset + i for i, (kind, _) in enumerate(half.joints) if kind == part]
-    return np.array(columns)
-
-
-def _load_knots(record: HalfRecord) -> tuple[Array, Array]:
-    """Times and loads at all stages of all steps."""
-    time = np.empty(2 * len(record.time) - 1)
-    load = np.empty_like(time)
-    time[0::2] = record.time
-    time[1::2] = record.time[:-1] + GAMMA * np.diff(record.time)
-    load[0::2] = record.load[:, 1]
-    load[1::2] = record.load[1:, 0]
-    return time, load
 
 
 def _linear(at: Array, time: Array, rows: Array) -> Array:

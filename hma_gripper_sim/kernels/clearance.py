@@ -29,6 +29,7 @@ class Segments(NamedTuple):
     part: NDArray[np.int64]  # TOP_BEAM .. TIP_FLANK, shape (k,)
     ends: Array  # x, z, x, z in the body's frame [m], shape (k, 4)
     radius: Array  # half the thickness [m], shape (k,)
+    reach: Array  # of each body's axes and its next joint from its joint [m], shape (n,)
 
 
 class Recorded(NamedTuple):
@@ -37,13 +38,14 @@ class Recorded(NamedTuple):
     time: Array  # [s], shape (r,)
     travel: Array  # [m], shape (r,)
     q: Array  # joint angles [rad], shape (r, n)
-    other: Array  # axis of the other tip's flank in this half's frame [m], shape (r, 4)
+    other: Array  # joint angles of the other half, in that half's frame [rad], shape (r, n)
 
 
 class ClearanceWork(NamedTuple):
     """Scratch of the search for touches."""
 
     placed: Array  # shape (k, 4)
+    placed_other: Array  # shape (k, 4)
     gaps: Array  # shape (PARTS,)
     places: Array  # shape (PARTS, 2)
     touching: NDArray[np.bool_]  # shape (PARTS,)
@@ -51,16 +53,17 @@ class ClearanceWork(NamedTuple):
     other: Obstacle  # the other tip's flank
 
 
-def clearance_work(segments: Segments, joints: int) -> ClearanceWork:
-    """Allocate the scratch for a gripper of `joints` per half."""
-    radius = float(segments.radius[-1])
+def clearance_work(segments: Segments) -> ClearanceWork:
+    """Allocate the scratch for one half."""
+    k = len(segments.body)
     return ClearanceWork(
-        np.zeros((len(segments.body), 4)),
+        np.zeros((k, 4)),
+        np.zeros((k, 4)),
         np.zeros(PARTS),
         np.zeros((PARTS, 2)),
         np.zeros(PARTS, dtype=np.bool_),
-        np.zeros(joints),
-        Obstacle(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros(2), radius),
+        np.zeros(len(segments.reach)),
+        Obstacle(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros(2), float(segments.radius[-1])),
     )
 
 
@@ -82,21 +85,6 @@ def place_segments(
             k += 1
         x += cos * chain.link[i, 0] - sin * chain.link[i, 1]
         z += sin * chain.link[i, 0] + cos * chain.link[i, 1]
-
-
-@kernel
-def mirrored_flanks(
-    chain: Chain, segments: Segments, travel: Array, q: Array, placed: Array, flanks: Array
-) -> None:
-    """Axis of the tip's flank in the frame of the other half, for each row of `q`, (r, 4).
-
-    `placed` is scratch of shape (k, 4).
-    """
-    last = segments.body.size - 1
-    for row in range(travel.size):
-        place_segments(chain, -travel[row], q[row], segments, placed)
-        for j in range(4):
-            flanks[row, j] = -placed[last, j] if j % 2 == 0 else placed[last, j]
 
 
 @kernel
@@ -124,7 +112,15 @@ def part_gaps(
 
 
 @kernel
-def _gaps_between(
+def _between(rows: Array, row: int, share: float, between: Array) -> None:
+    """Row `row`, or a `share` of the way there from the row before, into `between`."""
+    before = max(row - 1, 0)
+    for i in range(between.size):
+        between[i] = rows[before, i] + share * (rows[row, i] - rows[before, i])
+
+
+@kernel
+def _measure(
     chain: Chain,
     segments: Segments,
     obstacle: Obstacle,
@@ -135,30 +131,42 @@ def _gaps_between(
 ) -> None:
     """Gaps of all parts outside the contact model, a `share` of the way to a recorded state."""
     before = max(row - 1, 0)
-    for i in range(work.q.size):
-        work.q[i] = states.q[before, i] + share * (states.q[row, i] - states.q[before, i])
     travel = states.travel[before] + share * (states.travel[row] - states.travel[before])
+    _between(states.other, row, share, work.q)
+    place_segments(chain, -travel, work.q, segments, work.placed_other)
+    _between(states.q, row, share, work.q)
     place_segments(chain, -travel, work.q, segments, work.placed)
     part_gaps(segments, work.placed, obstacle, work.gaps, work.places)
     work.gaps[TIP_FLANK] = np.inf
-    # The other tip's flank is an obstacle of two vertices.
+    # The other tip's flank, mirrored, is an obstacle of two vertices.
+    last = segments.body.size - 1
     vertices, normals, centre = work.other.vertices, work.other.normals, work.other.centre
-    for j in range(4):
-        axis = states.other[before, j] + share * (states.other[row, j] - states.other[before, j])
-        vertices[j // 2, j % 2] = axis
+    for end in range(2):
+        vertices[end, 0] = -work.placed_other[last, 2 * end]
+        vertices[end, 1] = work.placed_other[last, 2 * end + 1]
     dx, dz = vertices[1, 0] - vertices[0, 0], vertices[1, 1] - vertices[0, 1]
     length = np.sqrt(dx * dx + dz * dz)
     normals[0, 0], normals[0, 1] = dz / length, -dx / length
     normals[1, 0], normals[1, 1] = -normals[0, 0], -normals[0, 1]
     centre[0] = 0.5 * (vertices[0, 0] + vertices[1, 0])
     centre[1] = 0.5 * (vertices[0, 1] + vertices[1, 1])
-    flank = work.placed[segments.body.size - 1]
+    flank = work.placed[last]
     distance, _, _, along, _, _, _, _, _ = segment_distance(
         work.other, flank[0], flank[1], flank[2], flank[3]
     )
     work.gaps[OTHER_TIP] = distance - 2.0 * work.other.radius
     work.places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
     work.places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+
+
+@kernel
+def _longest_way(rows: Array, row: int, reach: Array) -> float:
+    """Bound of how far any point moves relative to the base from row - 1 to `row` [m]."""
+    turn, way = 0.0, 0.0
+    for i in range(reach.size):
+        turn += rows[row, i] - rows[row - 1, i]
+        way += abs(turn) * reach[i]
+    return way
 
 
 @kernel
@@ -173,24 +181,35 @@ def first_touches(
     """First time [s] (inf: never) and place (x, z) [m] at which a part touches.
 
     Writes a row for each part outside the contact model into `found`, shape (PARTS, 3).
+    States that cannot have closed a gap since it was last measured are passed over.
     """
     found[:, 0] = np.inf
+    closed, smallest = 0.0, 0.0  # at most, of the smallest gap when last measured
     for row in range(states.time.size):
-        _gaps_between(chain, segments, obstacle, states, row, 1.0, work)
+        if row > 0:
+            own = _longest_way(states.q, row, segments.reach)
+            fall = abs(states.travel[row] - states.travel[row - 1])
+            closed += own + max(fall, _longest_way(states.other, row, segments.reach))
+        if closed < smallest:
+            continue
+        _measure(chain, segments, obstacle, states, row, 1.0, work)
+        closed, smallest = 0.0, np.inf
         for part in range(PARTS):
             work.touching[part] = work.gaps[part] < 0.0
+            if found[part, 0] == np.inf:
+                smallest = min(smallest, work.gaps[part])
         for part in range(PARTS):
             if not work.touching[part] or found[part, 0] < np.inf:
                 continue
             free, touched = 0.0, 1.0  # halve the way from the last state without a touch
             for _ in range(BISECTIONS):
                 middle = 0.5 * (free + touched)
-                _gaps_between(chain, segments, obstacle, states, row, middle, work)
+                _measure(chain, segments, obstacle, states, row, middle, work)
                 if work.gaps[part] < 0.0:
                     touched = middle
                 else:
                     free = middle
-            _gaps_between(chain, segments, obstacle, states, row, touched, work)
+            _measure(chain, segments, obstacle, states, row, touched, work)
             start = states.time[max(row - 1, 0)]
             found[part, 0] = start + touched * (states.time[row] - start)
             found[part, 1], found[part, 2] = work.places[part, 0], work.places[part, 1]

@@ -42,9 +42,11 @@ _drop_stale_machine_code()
 def kernel(function: Kernel) -> Kernel:
     """Compile `function` on its first call and keep the machine code on disk.
 
-    A kernel must not allocate: reference counting is off, which halves the time of kernels
-    that take their arrays in named tuples.
+    A kernel must not allocate: reference counting is off.  Kernels are inlined into their
+    callers.  Both because a call would otherwise cost more than most kernels do: it counts and
+    copies every array of the named tuples that are passed.
     """
     if not COMPILED:
         return function
-    return cast(Kernel, numba.njit(cache=True, error_model="numpy", _nrt=False)(function))
+    compiled = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+    return cast(Kernel, compiled(function))

@@ -135,12 +135,20 @@ def copy_modes(source: ContactModes, target: ContactModes) -> None:
 
 @kernel
 def measure_gaps(
-    fingertip: Fingertip, obstacle: Obstacle, pose: Array, twist: Array, gap: Array, rate: Array
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    pose: Array,
+    twist: Array,
+    modes: ContactModes,
+    gap: Array,
+    rate: Array,
 ) -> None:
-    """Gap of each contact candidate [m] and its rate [m/s], shape (k,)."""
+    """Gap of each open contact [m] and its rate [m/s], into columns 0, shape (k, ...)."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     points = fingertip.points
-    for k in range(gap.size):
+    for k in range(modes.normal.size):
+        if modes.normal[k] != OPEN:
+            continue
         lx = cos * points[k, 0] - sin * points[k, 1]
         lz = sin * points[k, 0] + cos * points[k, 1]
         if fingertip.capsule:
@@ -153,8 +161,8 @@ def measure_gaps(
             lz += along * (hz - lz)
         else:
             distance, nx, nz, _ = point_distance(obstacle, pose[0] + lx, pose[1] + lz)
-        gap[k] = distance - obstacle.radius - fingertip.radius
-        rate[k] = nx * (twist[0] - twist[2] * lz) + nz * (twist[1] + twist[2] * lx)
+        gap[k, 0] = distance - obstacle.radius - fingertip.radius
+        rate[k, 0] = nx * (twist[0] - twist[2] * lz) + nz * (twist[1] + twist[2] * lx)
 
 
 @kernel
@@ -320,11 +328,18 @@ def _evaluate(
         row[0, 1] = -stiffness * nz - damping * ez
         row[0, 2] = -stiffness * (nz * lx - nx * lz) - damping * (ez * lx - ex * lz)
 
-        shift, shift_turn, to_depth = 0.0, 0.0, 0.0
+        shift, shift_turn, shift_swing, to_depth = 0.0, 0.0, 0.0, 0.0
         if gap < 0.0 and ahead + behind > 0.0:
             shift, to_depth, to_turn = pressure_centre(-gap, ahead, rise_ahead, behind, rise_behind)
             # A turn of the tip raises the segment ahead of, or behind, the deepest point.
-            shift_turn = -to_turn * (tx * ux + tz * uz) - to_depth * (nz * lx - nx * lz)
+            forward = tx * ux + tz * uz
+            shift_turn = -to_turn * forward - to_depth * (nz * lx - nx * lz)
+            if curvature > 0.0:  # so does a swing of the normal, and it raises the face too
+                drop = rise_ahead - nx * ux - nz * uz
+                if behind > 0.0:
+                    drop = rise_behind + nx * ux + nz * uz
+                along_face = np.sqrt(max(0.0, 1.0 - drop * drop))
+                shift_swing = to_turn * (forward - np.copysign(along_face, forward))
             lx += shift * ux
             lz += shift * uz
 
@@ -358,6 +373,7 @@ def _evaluate(
                     dlz += shift * ux
             if shift != 0.0:
                 dshift = shift_turn if j == 2 else -to_depth * (nx if j == 0 else nz)
+                dshift += shift_swing * psi
                 dlx += dshift * ux
                 dlz += dshift * uz
             work.tangent[0, j] += dfx

@@ -13,7 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import OPEN, ContactModes, copy_modes, measure_gaps
+from hma_gripper_sim.kernels.contact import (
+    OPEN,
+    STICK,
+    ContactLaw,
+    ContactModes,
+    ContactWork,
+    contact_modes,
+    copy_modes,
+    measure_gaps,
+)
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
@@ -56,8 +65,8 @@ class HalfState(NamedTuple):
     a: Array  # joint accelerations [rad/s^2], shape (n,)
     wrench: Array  # contact wrench on the tip [N, N, N m], shape (3,)
     modes: ContactModes
-    gap: Array  # of each contact candidate [m], shape (k,)
-    approach: Array  # its rate [m/s], shape (k,)
+    margin: Array  # to the next event of each contact candidate (`_margins`), shape (k, 2)
+    drift: Array  # its rate, shape (k, 2)
     load: Array  # vertical load on the base [N], shape (1,)
     work: Array  # see `Record.work`, shape (4,)
     counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
@@ -88,12 +97,27 @@ class StepWork(NamedTuple):
     load: Array  # vertical load on the base at both stages [N], shape (2,)
     power: Array  # rates of `Record.work` at both stages [W], shape (2, 4)
     twist: Array  # of the tip at the end [m/s, m/s, rad/s], shape (3,)
+    modes: ContactModes  # at the inner stage
+    margin: Array  # at both stages, shape (2, k, 2)
 
 
-def step_work(n: int) -> StepWork:
-    """Allocate the stage vectors for `n` joints."""
+def step_work(n: int, candidates: int) -> StepWork:
+    """Allocate the stage vectors for `n` joints and a number of contact candidates."""
     q0, v0, q, v, a, v1, a1 = np.zeros((7, n))
-    return StepWork(q0, v0, q, v, a, v1, a1, np.zeros(2), np.zeros((2, 4)), np.zeros(3))
+    return StepWork(
+        q0,
+        v0,
+        q,
+        v,
+        a,
+        v1,
+        a1,
+        np.zeros(2),
+        np.zeros((2, 4)),
+        np.zeros(3),
+        contact_modes(candidates),
+        np.zeros((2, candidates, 2)),
+    )
 
 
 @kernel
@@ -116,13 +140,45 @@ def restart_step(velocity: float) -> float:
 
 
 @kernel
-def time_to_touch(state: HalfState, work: Work) -> float:
-    """Time from `state` to the first touch that the trial step passed over [s], or inf."""
+def _margins(law: ContactLaw, contact: ContactWork, margin: Array) -> None:
+    """How far closed contacts are from opening [N] and from a change of friction, into (k, 2).
+
+    A sticking contact starts to slide when the friction limit is used up [N], a sliding one
+    sticks when its slip comes to rest [m/s].
+    """
+    for k in range(contact.slip.size):
+        margin[k, 0] = contact.normal_force[k]
+        mode = contact.modes.friction[k]
+        if mode == STICK:
+            margin[k, 1] = law.friction * contact.normal_force[k] - abs(contact.friction_force[k])
+        else:
+            margin[k, 1] = -mode * contact.slip[k] - law.slip_velocity
+
+
+@kernel
+def _same_modes(a: ContactModes, b: ContactModes, k: int) -> bool:
+    """Whether contact `k` does the same in both."""
+    return a.normal[k] == b.normal[k] and a.friction[k] == b.friction[k]
+
+
+@kernel
+def time_to_event(h: float, state: HalfState, work: Work, scratch: StepWork) -> float:
+    """Time from `state` to the first change of contact modes in the trial step [s], or inf."""
     first = np.inf
-    for k in range(state.gap.size):
-        closes = state.modes.normal[k] == OPEN and work.contact.modes.normal[k] != OPEN
-        if closes and state.gap[k] > 0.0 and state.approach[k] < 0.0:
-            first = min(first, -state.gap[k] / state.approach[k])
+    before, after = state.modes, work.contact.modes
+    for k in range(before.normal.size):
+        was_open, is_open = before.normal[k] == OPEN, after.normal[k] == OPEN
+        if was_open != is_open:
+            event = 0
+        elif not is_open and before.friction[k] != after.friction[k]:
+            event = 1
+        else:
+            continue
+        margin, drift = state.margin[k, event], state.drift[k, event]
+        if not was_open and _same_modes(before, scratch.modes, k):
+            drift = (scratch.margin[0, k, event] - margin) / (GAMMA * h)
+        if margin > 0.0 and drift < 0.0:
+            first = min(first, -margin / drift)
     return first
 
 
@@ -188,9 +244,9 @@ def integrate(
                 break
             state.counts[1] += 1
             shorter = h * (max(SHRINK, SAFETY / np.sqrt(error)) if np.isfinite(error) else SHRINK)
-            touch = LANDING * time_to_touch(state, work)
-            if not landed and 0.1 * shorter < touch < h:
-                h, landed = touch, True
+            event = LANDING * time_to_event(h, state, work, scratch)
+            if not landed and 0.1 * shorter < event < h:
+                h, landed = event, True
             else:
                 h, landed = shorter, False
         for i in range(n):
@@ -220,13 +276,20 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
         # Of the tip, after the last Newton step.
         scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
     copy_modes(work.contact.modes, state.modes)
+    for k in range(state.modes.normal.size):
+        for event in range(2):
+            inner, outer = scratch.margin[0, k, event], scratch.margin[1, k, event]
+            known = _same_modes(scratch.modes, state.modes, k)
+            state.margin[k, event] = outer
+            state.drift[k, event] = (outer - inner) / ((1.0 - GAMMA) * h) if known else 0.0
     measure_gaps(
         model.fingertip,
         model.obstacle,
         work.contact.pose,
         scratch.twist,
-        state.gap,
-        state.approach,
+        state.modes,
+        state.margin,
+        state.drift,
     )
     for j in range(4):
         power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
@@ -285,6 +348,8 @@ def _try_step(
         return np.inf
     inner_load = work.tip.root_force[0]
     stage_power(model, s, scratch.v1, work, scratch.power[0])
+    copy_modes(work.contact.modes, scratch.modes)
+    _margins(model.law, work.contact, scratch.margin[0])
     for i in range(n):
         scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
         scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
@@ -297,6 +362,7 @@ def _try_step(
         return np.inf
     state.counts[2] += iterations + more
     stage_power(model, s, scratch.v, work, scratch.power[1])
+    _margins(model.law, work.contact, scratch.margin[1])
     # The velocity must neither change much within the step nor have jumped before it.
     inner, outer, angle = 0.0, 0.0, 0.0
     for i in range(n):

@@ -143,9 +143,12 @@ def segment_distance(
     else:  # the cores overlap: part them in the direction in which that takes least
         distance, nx, nz, curvature = deepest, normals[face, 0], normals[face, 1], 0.0
         along = 0.0 if nx * ux + nz * uz > 0.0 else 1.0
-    flat, rise = 0.0, 1.0
-    if curvature == 0.0:
-        flat, rise = _face_below_end(obstacle, ax, az, bx, bz, ux, uz, along, nx, nz)
+    inwards = 1.0 if along == 0.0 else -1.0  # from the segment's end along it
+    px, pz = (ax, az) if along == 0.0 else (bx, bz)
+    flat, rise = _face_below_end(
+        obstacle, px, pz, inwards * ux, inwards * uz, nx, nz, curvature > 0.0
+    )
+    flat = min(flat, length)
     if along == 0.0:
         return distance, nx, nz, along, curvature, flat, rise, 0.0, 1.0
     return distance, nx, nz, along, curvature, 0.0, 1.0, flat, rise
@@ -187,31 +190,41 @@ def _face_along(
 @kernel
 def _face_below_end(
     obstacle: Obstacle,
-    ax: float,
-    az: float,
-    bx: float,
-    bz: float,
+    px: float,
+    pz: float,
     ux: float,
     uz: float,
-    along: float,
     nx: float,
     nz: float,
+    at_vertex: bool,
 ) -> tuple[float, float]:
-    """Flat part next to the end of a segment that meets the face with normal (nx, nz)."""
+    """Length along a segment of the face below its end, and the slope at which the two part.
+
+    The segment leads from (px, pz) along (ux, uz).  Its end is closest to the face with the
+    normal (nx, nz), or to a vertex in that direction, where a face begins.
+    """
     vertices, normals = obstacle.vertices, obstacle.normals
     m = vertices.shape[0]
-    length = ux * (bx - ax) + uz * (bz - az)
-    sign = 1.0 if along == 0.0 else -1.0
-    px, pz = (ax, az) if along == 0.0 else (bx, bz)
-    slope = sign * (nx * ux + nz * uz)
+    start, closest = 0, np.inf
     for i in range(m):
-        if normals[i, 0] == nx and normals[i, 1] == nz:
-            j = i + 1 if i + 1 < m else 0
-            glide = sign * (nx * uz - nz * ux)  # along the face, towards its next vertex
-            end = j if glide > 0.0 else i
-            room = abs(nx * (vertices[end, 1] - pz) - nz * (vertices[end, 0] - px))
-            return min(length, room / max(abs(glide), 1e-12)), max(0.0, slope)
-    return 0.0, 1.0
+        if at_vertex:
+            away = (px - vertices[i, 0]) ** 2 + (pz - vertices[i, 1]) ** 2
+        else:
+            away = -(nx * normals[i, 0] + nz * normals[i, 1])
+        if away < closest:
+            start, closest = i, away
+    glide = nx * uz - nz * ux  # along the object, counter-clockwise
+    side = 1.0 if glide > 0.0 else -1.0
+    drop = 0.0
+    if at_vertex:
+        other = (start + 1) % m if glide > 0.0 else (start + m - 1) % m
+        ex, ez = vertices[other, 0] - vertices[start, 0], vertices[other, 1] - vertices[start, 1]
+        drop = -(nx * ex + nz * ez) / np.sqrt(ex * ex + ez * ez)
+    else:
+        other = (start + 1) % m if glide > 0.0 else start
+        ex, ez = vertices[other, 0] - px, vertices[other, 1] - pz
+    room = side * (nx * ez - nz * ex)
+    return max(0.0, room / max(abs(glide), 1e-12)), max(0.0, nx * ux + nz * uz + drop)
 
 
 @kernel
