@@ -1,8 +1,9 @@
 """The prismatic drive that moves the gripper: commands in, one fixed time step at a time out.
 
 What a real drive with its safety functions does in front of the gripper: it checks and clamps
-velocity commands, ramps with a limited acceleration, brakes in time for the ends of its travel,
-stops when commands cease, and halts with the last good state when the simulation fails.
+velocity commands, follows trajectories, ramps with a limited acceleration, brakes in time for the
+ends of its travel, stops when commands cease, and halts with the last good state when the
+simulation fails.
 
 Everything happens in ticks of one fixed period and nothing reads a clock: the same commands
 before the same ticks give bit-identical states.
@@ -17,46 +18,19 @@ from types import MappingProxyType
 
 import numpy as np
 
+from hma_gripper_sim.braking import (
+    TRAVEL_RESOLUTION,
+    approach_velocity,
+    braking_velocity,
+    stopping_distance,
+)
+from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import Simulation, SimulationState
-
-TRAVEL_RESOLUTION = 1e-12
-"""m. The drive aims this far inside a travel limit, so that rounding cannot carry it beyond."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DriveLimits:
-    """What the drive may do.
-
-    Attributes
-    ----------
-    max_velocity
-        Largest speed in either direction [m/s].
-    max_acceleration
-        Largest rate of change of the velocity [m/s²].
-    travel_min, travel_max
-        Ends of the travel [m]; the start pose, travel 0, lies between them.
-    command_timeout
-        Simulated time after which a command that is not renewed expires [s]; 0: never.
-    """
-
-    max_velocity: float
-    max_acceleration: float
-    travel_min: float
-    travel_max: float
-    command_timeout: float
-
-    def __post_init__(self) -> None:
-        for field, unit in (("max_velocity", "m/s"), ("max_acceleration", "m/s^2")):
-            quantity(getattr(self, field), unit, field=field, minimum=0.0, exclusive=True)
-        quantity(self.travel_min, "m", field="travel_min", maximum=0.0)
-        quantity(self.travel_max, "m", field="travel_max", minimum=0.0)
-        quantity(self.command_timeout, "s", field="command_timeout", minimum=0.0)
-        if not self.travel_min < self.travel_max:
-            raise InputError("must be greater than travel_min", field="travel_max")
+from hma_gripper_sim.simulation import Simulation, SimulationState, Snapshot
+from hma_gripper_sim.trajectory import Spline, Trajectory
 
 
 @dataclass(frozen=True)
@@ -67,6 +41,10 @@ class DriveStatus:
     ----------
     contour
         Name of the object that is in place.
+    source
+        Who sent the command in force; empty before the first.
+    following
+        That command is a trajectory.
     paused
         Time has been stopped by request.
     failure
@@ -74,31 +52,30 @@ class DriveStatus:
     stale
         The last command has expired: the drive ramps down or stands until a new one comes.
     clamped
-        The command in force had been beyond the velocity limit.
+        The command in force is, or was, beyond the velocity limit.
     at_limit
         A travel limit holds the drive back from the commanded velocity.
     ticks
         Time steps made.
-    accepted, rejected, clamps, timeouts
-        Commands taken, commands dropped as not finite, commands cut to the velocity limit,
-        commands that expired.
+    clamps, timeouts
+        How often a command was cut to the velocity limit, and how many expired.
     """
 
     contour: str
+    source: str
+    following: bool
     paused: bool
     failure: str | None
     stale: bool
     clamped: bool
     at_limit: bool
     ticks: int
-    accepted: int
-    rejected: int
     clamps: int
     timeouts: int
 
 
 class Drive:
-    """A gripper simulation behind a velocity-controlled prismatic axis.
+    """A gripper simulation behind a prismatic axis that takes velocities and trajectories.
 
     Parameters
     ----------
@@ -129,12 +106,11 @@ class Drive:
         self._period = quantity(period, "s", field="period", minimum=0.0, exclusive=True)
         self._limits = limits
         self._state = simulation.state()
-        self._command = 0.0
-        self._command_age = 0  # ticks
         self._paused = False
         self._failure: str | None = None
-        self._stale = self._clamped = self._at_limit = False
-        self._ticks = self._accepted = self._rejected = self._clamps = self._timeouts = 0
+        self._ticks = self._clamps = self._timeouts = 0
+        self._spline: Spline | None = None
+        self._forget_command()
 
     @property
     def scenes(self) -> Mapping[str, Scene]:
@@ -165,43 +141,76 @@ class Drive:
         """Return what the drive is doing."""
         return DriveStatus(
             contour=self._contour,
+            source=self._source,
+            following=self._spline is not None,
             paused=self._paused,
             failure=self._failure,
             stale=self._stale,
             clamped=self._clamped,
             at_limit=self._at_limit,
             ticks=self._ticks,
-            accepted=self._accepted,
-            rejected=self._rejected,
             clamps=self._clamps,
             timeouts=self._timeouts,
         )
 
-    def command(self, velocity: float) -> str | None:
+    def snapshot(self) -> Snapshot:
+        """Return everything that the simulation's next tick depends on."""
+        return self._simulation.snapshot()
+
+    def command(self, velocity: float, source: str = "") -> None:
         """Set the velocity to move at [m/s, towards the object], from the next tick on.
 
-        Returns
-        -------
-        The reason when the command is rejected (it then changes nothing), otherwise None.
+        Parameters
+        ----------
+        source
+            Who sent it.
+
+        Raises
+        ------
+        InputError
+            It is not finite; nothing changes.
         """
-        if not math.isfinite(velocity):
-            self._rejected += 1
-            return f"velocity command must be finite, got {velocity}"
+        velocity = quantity(velocity, "m/s", field="velocity")
         bound = self._limits.max_velocity
-        self._command = min(max(velocity, -bound), bound)
-        self._command_age = 0
-        self._clamped = self._command != velocity
-        self._stale = False
-        self._accepted += 1
+        self._velocity = min(max(velocity, -bound), bound)
+        self._age = 0
+        self._spline = None
+        self._source = source
+        self._clamped = self._velocity != velocity
         self._clamps += self._clamped
-        return None
+        self._stale = False
+
+    def follow(self, trajectory: Trajectory, delay: float = 0.0, source: str = "") -> None:
+        """Follow a trajectory that starts `delay` seconds from now, from the next tick on.
+
+        Within the limits, the travel at the end of each tick is on the spline to T³ |j| / 24
+        (period T, the spline's third derivative j). A trajectory does not expire: it ends in a
+        standstill, which is held.
+
+        Parameters
+        ----------
+        delay
+            Negative for a trajectory that has started in the past [s].
+        source
+            Who sent it.
+        """
+        now = self._simulation
+        self._spline = trajectory.spline(-delay, now.travel, now.velocity)
+        self._spline_start = now.time + delay
+        self._velocity = 0.0
+        self._source = source
+        self._clamped = self._stale = False
 
     def tick(self) -> SimulationState:
         """Let one period pass, and return the state after it.
 
         While paused or failed, time stands still and the state stays the same.
         """
-        if not self.running:
+        return self.step() if self.running else self._state
+
+    def step(self) -> SimulationState:
+        """Let one period pass although paused; not after a failure."""
+        if self._failure is not None:
             return self._state
         self._expire_command()
         try:
@@ -213,7 +222,7 @@ class Drive:
         if not _is_finite(state):
             self._failure = "the simulation returned a state that is not finite"
             return self._state
-        self._command_age += 1
+        self._age += 1
         self._ticks += 1
         self._state = state
         return state
@@ -235,10 +244,8 @@ class Drive:
         """
         self._simulation.reset()
         self._state = self._simulation.state()
-        self._command = 0.0
-        self._command_age = 0
-        self._stale = self._clamped = self._at_limit = False
         self._failure = None
+        self._forget_command()
 
     def select(self, contour: str) -> None:
         """Put another object of the catalogue in place.
@@ -280,18 +287,26 @@ class Drive:
             self._state = self._simulation.state()
         self._scenes = scenes
         self._contour = contour
-        self._command_age = round(self._command_age * self._period / period)
-        self._command = min(max(self._command, -limits.max_velocity), limits.max_velocity)
+        self._age = round(self._age * self._period / period)
+        self._velocity = min(max(self._velocity, -limits.max_velocity), limits.max_velocity)
         self._limits = limits
         self._period = period
 
+    def _forget_command(self) -> None:
+        self._velocity = 0.0
+        self._age = 0  # ticks
+        self._spline = None
+        self._spline_start = 0.0
+        self._source = ""
+        self._stale = self._clamped = self._at_limit = False
+
     def _expire_command(self) -> None:
         timeout = self._limits.command_timeout
-        if self._command == 0.0 or timeout == 0.0:
+        if self._velocity == 0.0 or timeout == 0.0:
             return
         # A hair's allowance: 0.3 s at 0.1 s are three ticks, however the quotient is rounded.
-        if self._command_age >= math.ceil(timeout / self._period * (1.0 - 1e-12)):
-            self._command = 0.0
+        if self._age >= math.ceil(timeout / self._period * (1.0 - 1e-12)):
+            self._velocity = 0.0
             self._clamped = False
             self._stale = True
             self._timeouts += 1
@@ -300,19 +315,38 @@ class Drive:
         """Velocity at the end of the coming tick, within every limit."""
         limits, now = self._limits, self._simulation
         change = limits.max_acceleration * self._period
-        wanted = min(max(self._command, now.velocity - change), now.velocity + change)
+        wanted = self._velocity
+        if self._spline is not None:
+            wanted = self._velocity_onto(self._spline, change)
+        wanted = min(max(wanted, now.velocity - change), now.velocity + change)
         ahead, behind = limits.travel_max - now.travel, now.travel - limits.travel_min
-        highest = _braking_velocity(ahead, now.velocity, change, self._period)
-        lowest = -_braking_velocity(behind, -now.velocity, change, self._period)
+        highest = braking_velocity(ahead, now.velocity, change, self._period)
+        lowest = -braking_velocity(behind, -now.velocity, change, self._period)
         velocity = min(max(wanted, lowest), highest)
         self._at_limit = velocity != wanted
         return velocity
+
+    def _velocity_onto(self, spline: Spline, change: float) -> float:
+        """Velocity at the end of the coming tick that leads onto a spline.
+
+        It is the spline's own, plus what makes up for the distance by which the tick would then
+        miss it. Seen from the spline that is the approach of a goal, which ends at rest there.
+        """
+        now, bound = self._simulation, self._limits.max_velocity
+        position, velocity = spline.at(now.time + self._period - self._spline_start)
+        miss = position - now.travel - 0.5 * self._period * (now.velocity + velocity)
+        if abs(miss) > TRAVEL_RESOLUTION:
+            catch_up = approach_velocity(abs(miss) / self._period, change)
+            velocity += math.copysign(catch_up, miss)
+        before, self._clamped = self._clamped, abs(velocity) > bound
+        self._clamps += self._clamped and not before
+        return min(max(velocity, -bound), bound)
 
     def _check_stoppable(self, limits: DriveLimits, period: float) -> None:
         """Refuse limits that the present motion can no longer be kept within."""
         travel, velocity = self._simulation.travel, self._simulation.velocity
         needed = travel + math.copysign(
-            _stopping_distance(abs(velocity), limits.max_acceleration * period, period), velocity
+            stopping_distance(abs(velocity), limits.max_acceleration * period, period), velocity
         )
         for field, bound, outside in (
             ("travel_max", limits.travel_max, max(travel, needed) - limits.travel_max),
@@ -342,39 +376,3 @@ def _is_finite(state: SimulationState) -> bool:
         and bool(np.isfinite(state.joint_velocity).all())
         and bool(np.isfinite(state.joint_effort).all())
     )
-
-
-def _stopping_distance(velocity: float, change: float, period: float) -> float:
-    """Distance to rest from `velocity` >= 0 when every tick takes off at most `change`.
-
-    With m ticks to go the velocities are v, v - u, ..., v - (m - 1) u, 0, and the travel is the
-    sum of the trapezoids between them: T (m v - u m (m - 1) / 2 - v / 2).
-    """
-    ticks = math.ceil(velocity / change)
-    return period * (ticks * velocity - change * ticks * (ticks - 1) / 2 - velocity / 2)
-
-
-def _braking_velocity(distance: float, velocity: float, change: float, period: float) -> float:
-    """Largest velocity at the end of the coming tick from which `distance` still suffices.
-
-    Parameters
-    ----------
-    distance
-        Travel left to the limit, now [m].
-    velocity
-        Present velocity towards the limit [m/s].
-    change
-        Largest change of velocity in one tick, u [m/s].
-    period
-        Duration of one tick, T [s].
-
-    The coming tick travels T (v + v₁) / 2 and braking from v₁ takes `_stopping_distance`.
-    Their sum equals the distance for v₁ = s / m + u (m - 1) / 2, where s = distance / T - v / 2
-    and m, the ticks that braking takes, is the smallest with s <= u m (m + 1) / 2. The last
-    tick of such a ramp ends on the limit, at rest.
-    """
-    spare = (distance - TRAVEL_RESOLUTION) / period - velocity / 2
-    if spare * period < TRAVEL_RESOLUTION:
-        return 0.0
-    ticks = max(1, math.ceil((math.sqrt(1.0 + 8.0 * spare / change) - 1.0) / 2.0))
-    return spare / ticks + change * (ticks - 1) / 2.0

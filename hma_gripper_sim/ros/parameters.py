@@ -5,7 +5,9 @@ from __future__ import annotations
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from hma_gripper_sim.ros.settings import Field, Settings, field_of
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.ros.fields import Field, field_of
+from hma_gripper_sim.ros.settings import Settings
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters, and prefixes of parameters, that every node has."""
@@ -28,6 +30,7 @@ def declare_parameters(node: Node) -> Settings:
         if name.split(".")[0] not in ROS_OWN
     }
     settings = Settings.parse(given)
+    refuse_two_clocks(settings, use_sim_time=node.get_parameter("use_sim_time").value)
     for name in given:
         node.undeclare_parameter(name)  # it had neither descriptor nor unit
     for name, value in settings.values.items():
@@ -35,8 +38,19 @@ def declare_parameters(node: Node) -> Settings:
     return settings
 
 
+def refuse_two_clocks(settings: Settings, *, use_sim_time: bool) -> None:
+    """Raise `InputError` if the node was to follow the clock that it publishes itself."""
+    if use_sim_time and settings.publish_clock:
+        raise InputError(
+            "cannot be true with publish_clock: the node would wait for its own clock",
+            field="use_sim_time",
+        )
+
+
 def _descriptor(field: Field) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=field.description, read_only=field.read_only)
+    if isinstance(field.default, bool):
+        return descriptor
     if isinstance(field.default, float):
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=field.minimum, to_value=field.maximum)

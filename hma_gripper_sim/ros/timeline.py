@@ -16,6 +16,7 @@ class Timeline:
     While time stands still the stamp does too. At a factor of 1 stamps are the clock's time as
     well: after a pause or an overrun the next one jumps ahead by the time that was lost, for the
     sake of consumers that compare them with their own clock. At other factors they never jump.
+    Where the stamps are the clock of others they are simulated time alone, from 0 on.
 
     Parameters
     ----------
@@ -23,19 +24,23 @@ class Timeline:
         Simulated duration of a tick [ns].
     factor
         Simulated seconds per second; 0: as fast as possible.
+    is_clock
+        Others take their time from the stamps.
     """
 
-    def __init__(self, period: int, factor: float) -> None:
+    def __init__(self, period: int, factor: float, *, is_clock: bool = False) -> None:
         self.stamp = 0
         self.overruns = 0
         self._due = 0
         self._period = period
         self._factor = factor
+        self._is_clock = is_clock
 
     def start(self, now: int) -> None:
         """Begin, or begin anew: the first tick is due now, and stamped with it."""
         self._due = now
-        self.stamp = now - self._period
+        if not self._is_clock:
+            self.stamp = now - self._period
 
     def set_rate(self, period: int, factor: float) -> None:
         """Change period [ns] and factor, from the tick after the coming one on."""
@@ -63,9 +68,23 @@ class Timeline:
             self._due = now
         if moved:
             self.stamp += self._period
-            if self._factor == 1.0:
+            if self._factor == 1.0 and not self._is_clock:
                 self.stamp = max(self.stamp, self._due)
         self._due += self._interval(moving=moved)
+
+    def step(self, now: int) -> None:
+        """Stamp a tick that was made on request, outside the pace."""
+        self.stamp += self._period
+        self._due = max(self._due, now)
+
+    def present(self, now: int) -> int:
+        """Time of the present state, on the clock of those who send stamped commands.
+
+        That is the stamp, unless the clock has left it behind: while time stands still, and at a
+        factor other than 1.
+        """
+        in_step = abs(now - self.stamp) <= self._period + MAX_LAG_NS
+        return self.stamp if self._is_clock or in_step else now
 
     def _interval(self, *, moving: bool) -> int:
         """Clock time from one tick to the next [ns].

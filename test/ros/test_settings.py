@@ -8,7 +8,8 @@ import pytest
 
 from hma_gripper_sim import Circle, InputError, Polygon, RoundedBox, config_directory
 from hma_gripper_sim.quantities import read_yaml
-from hma_gripper_sim.ros.settings import CONTOUR_FIELDS, DEFAULT_CONTOURS, FIELDS, Settings
+from hma_gripper_sim.ros.fields import CONTOUR_FIELDS, FIELDS
+from hma_gripper_sim.ros.settings import DEFAULT_CONTOURS, Settings
 
 MUG = {"contours.mug.type": "circle", "contours.mug.radius": 0.02, "contour": "mug"}
 
@@ -86,7 +87,7 @@ def test_given_contours_replace_the_default_ones():
     ("given", "field", "reason"),
     [
         ({"max_velocity": math.nan}, "max_velocity", "must be finite"),
-        ({"max_velocity": 0.0}, "max_velocity", "greater than 0"),
+        ({"max_velocity": 0.0}, "max_velocity", "at least 1e-06"),
         ({"max_velocity": 2.0}, "max_velocity", "at most 1"),
         ({"max_velocity": True}, "max_velocity", "expected a number"),
         ({"max_velocity": "fast"}, "max_velocity", "expected a number"),

@@ -165,7 +165,9 @@ def test_an_object_that_cannot_be_put_in_place_is_refused_with_the_reason(
     assert client.get_parameter("contour") == "low"
     assert client.contours == ["low"]
     selections = {name for name in client.services() if "select_contour" in name}
-    assert selections == {f"/hma_gripper_sim/select_contour/{name}" for name in ("low", "high")}
+    assert selections == {
+        f"/hma_gripper_sim/select_contour/{name}" for name in ("low", "high", "outline")
+    }
 
     assert client.call("reset").success
     assert client.call("select_contour/high").success

@@ -1,0 +1,230 @@
+"""The node: what ROS asks of the drive, and the ticks that it makes.
+
+The methods that ROS calls run in the callbacks' thread and do nothing but hand requests over; all
+others run in the thread of `SimNode.run`, between two ticks.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PolygonStamped
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool, Trigger
+
+from hma_gripper_sim.arbiter import Arbiter, Command
+from hma_gripper_sim.drive import Drive
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.ros.commands import SOURCES, Source
+from hma_gripper_sim.ros.mailbox import Mailbox
+from hma_gripper_sim.ros.outputs import Outputs
+from hma_gripper_sim.ros.parameters import refuse_two_clocks
+from hma_gripper_sim.ros.settings import OUTLINE, Settings
+from hma_gripper_sim.ros.timeline import Timeline
+
+NEWEST_QOS = QoSProfile(depth=1)
+"""Of commands and outlines: one that waits is replaced by the next."""
+
+CLOCK_POLL = 1e-3
+"""How often a clock that is not the system's is looked at while waiting [s]."""
+
+
+class SimNode:
+    """Translates between ROS and a `Drive`.
+
+    Parameters
+    ----------
+    node
+        With the parameters of `settings` declared.
+    settings
+        At the start.
+    drive
+        As these settings say.
+    mailbox
+        Carries requests to the thread that calls `run`, and tells it to stop.
+    """
+
+    def __init__(self, node: Node, settings: Settings, drive: Drive, mailbox: Mailbox) -> None:
+        self._node = node
+        self._log = node.get_logger()
+        self._settings = settings
+        self._drive = drive
+        self._mailbox = mailbox
+        self._arbiter = Arbiter(drive, [source.name for source in SOURCES])
+        self._timeline = Timeline(
+            settings.period_ns, settings.real_time_factor, is_clock=settings.publish_clock
+        )
+        self._outputs = Outputs(node, settings)
+        self._reported = drive.status()
+
+        for source in SOURCES:
+            on_command = partial(self._on_command, source)
+            node.create_subscription(source.kind, f"~/{source.name}", on_command, NEWEST_QOS)
+        node.create_subscription(PolygonStamped, "~/outline", self._on_outline, NEWEST_QOS)
+        node.create_service(Trigger, "~/reset", self._on_reset)
+        node.create_service(SetBool, "~/pause", self._on_pause)
+        node.create_service(Trigger, "~/step", self._on_step)
+        for name in (*settings.scenes, OUTLINE):
+            on_select = partial(self._on_select, name)
+            node.create_service(Trigger, f"~/select_contour/{name}", on_select)
+        node.add_on_set_parameters_callback(self._on_parameters)
+
+    # What ROS asks for; these run in the callbacks' thread.
+
+    def _on_command(self, source: Source, message: Any) -> None:
+        try:
+            call = partial(self._take, source.name, source.read(message))
+        except InputError as error:
+            call = partial(self._reject, source.name, error)
+        self._mailbox.post(call)
+
+    def _on_outline(self, message: PolygonStamped) -> None:
+        points = tuple((point.x, point.z) for point in message.polygon.points)
+        try:
+            settings = self._settings.with_outline(points)
+            self._mailbox.ask(partial(self._apply, settings))
+        except InputError as error:
+            self._log.warning(f"~/outline: {error}", throttle_duration_sec=1.0)
+            return
+        corners = len(settings.scenes[OUTLINE].contour.core)
+        self._log.info(f"~/outline: {len(points)} points, a polygon of {corners} corners")
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, self._reset)
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, partial(self._pause, request.data))
+
+    def _on_step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, self._step)
+
+    def _on_select(
+        self, name: str, _: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        result = self._node.set_parameters([Parameter("contour", value=name)])[0]
+        response.success = result.successful
+        response.message = result.reason or f"{name} selected"
+        return response
+
+    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        given = {item.name: item.value for item in parameters}
+        changes = {name: given[name] for name in given if name in self._settings.values}
+        try:
+            refuse_two_clocks(self._settings, use_sim_time=given.get("use_sim_time", False))
+            self._mailbox.ask(partial(self._apply, self._settings.changed(changes)))
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _answer(self, response: Any, call: Callable[[], str]) -> Any:
+        try:
+            response.message = self._mailbox.ask(call)
+            response.success = True
+        except InputError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    # What the drive does; these run in the thread of `run`, between two ticks.
+
+    def run(self) -> None:
+        """Tick until told to stop."""
+        self._log.info(f"ready, with the contour {self._settings.contour!r} in place")
+        self._outputs.publish_contour(self._settings.contour)
+        self._wait_for_clock()
+        self._timeline.start(self._now())
+        while True:
+            self._wait_for_tick()
+            if self._mailbox.stopped:
+                return
+            begin = time.perf_counter()
+            state = self._drive.tick()
+            moved = self._drive.running
+            self._timeline.advance(self._now(), moved=moved)
+            self._outputs.publish_state(state, self._timeline.stamp)
+            self._outputs.count_tick(state, time.perf_counter() - begin, moved=moved)
+            self._report()
+            self._outputs.publish_slow(self._settings, self._drive, self._arbiter, self._timeline)
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def _wait_for_clock(self) -> None:
+        """A simulated clock stands at 0 until its first message."""
+        while not self._mailbox.stopped and self._now() == 0:
+            self._mailbox.serve(CLOCK_POLL)
+
+    def _wait_for_tick(self) -> None:
+        """Serve requests until the next tick is due, and at least those that are there."""
+        simulated_clock = self._node.get_clock().ros_time_is_active
+        while True:
+            left = self._timeline.until_due(self._now()) * 1e-9
+            self._mailbox.serve(min(left, CLOCK_POLL) if simulated_clock else left)
+            if self._mailbox.stopped or self._timeline.until_due(self._now()) <= 0:
+                return
+
+    def _take(self, source: str, command: Command) -> None:
+        try:
+            self._arbiter.take(source, command, self._timeline.present(self._now()))
+        except InputError as error:
+            self._warn(source, error)
+
+    def _reject(self, source: str, error: InputError) -> None:
+        self._arbiter.reject(source)
+        self._warn(source, error)
+
+    def _warn(self, source: str, error: InputError) -> None:
+        self._log.warning(f"~/{source}: {error}; dropped", throttle_duration_sec=1.0)
+
+    def _reset(self) -> str:
+        self._drive.reset()
+        return "at the start pose"
+
+    def _pause(self, paused: bool) -> str:
+        self._drive.pause(paused)
+        return "paused" if paused else "running"
+
+    def _step(self) -> str:
+        """Make ticks while paused; their states are published like all others."""
+        status, count = self._drive.status(), self._settings.step_ticks
+        if not status.paused:
+            raise InputError("only while paused: call ~/pause with true first", field="step")
+        for _ in range(count):
+            state = self._drive.step()
+            if failure := self._drive.status().failure:
+                raise InputError(failure, field="step")
+            self._timeline.step(self._now())
+            self._outputs.publish_state(state, self._timeline.stamp)
+        seconds, nanoseconds = divmod(self._timeline.stamp, 1_000_000_000)
+        return f"stamp: {seconds}.{nanoseconds:09d} s, travel: {self._drive.state.travel!r} m"
+
+    def _apply(self, settings: Settings) -> None:
+        """Put new settings into effect, all of them or none."""
+        self._drive.configure(
+            scenes=settings.scenes,
+            contour=settings.contour,
+            limits=settings.limits,
+            period=settings.period,
+        )
+        before, self._settings = self._settings, settings
+        self._timeline.set_rate(settings.period_ns, settings.real_time_factor)
+        if settings.contour != before.contour:
+            self._outputs.publish_contour(settings.contour)
+
+    def _report(self) -> None:
+        """Say in the log what the drive has had to correct since the last tick."""
+        before, now, log = self._reported, self._drive.status(), self._log
+        if now.failure and not before.failure:
+            log.error(f"the simulation stopped: {now.failure}; ~/reset returns to the start pose")
+        if now.timeouts > before.timeouts:
+            log.warning("no command within command_timeout: ramping to rest")
+        if now.clamps > before.clamps:
+            log.warning("command beyond max_velocity: clamped", throttle_duration_sec=1.0)
+        if now.at_limit and not before.at_limit:
+            log.warning("travel limit reached", throttle_duration_sec=1.0)
+        self._reported = now
