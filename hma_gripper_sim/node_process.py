@@ -53,6 +53,11 @@ class NodeProcess:
                 start_new_session=True,
             )
 
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
     def check(self) -> None:
         """Raise `NodeError` if the node has ended."""
         code = self._process.poll()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -25,7 +24,6 @@ SLOW = 0.95
 """Share of the wanted real-time factor below which the node warns."""
 
 
-@dataclass
 class Pace:
     """What the ticks since the last report took.
 
@@ -37,15 +35,13 @@ class Pace:
         In how many of them time went on.
     busy, longest
         Time that all of them took, and the longest [s].
-    moment
-        Largest moment of a revolute joint [N m].
     """
 
-    ticks: int = 0
-    moved: int = 0
-    busy: float = 0.0
-    longest: float = 0.0
-    moment: float = 0.0
+    def __init__(self, joints: int) -> None:
+        self.ticks = self.moved = 0
+        self.busy = self.longest = 0.0
+        self._efforts = np.zeros(joints)
+        self._largest = np.zeros(joints)
 
     def add(self, state: SimulationState, took: float, *, moved: bool) -> None:
         """Count a tick that took so long [s]."""
@@ -53,8 +49,13 @@ class Pace:
         self.moved += moved
         self.busy += took
         self.longest = max(self.longest, took)
-        moments = state.joint_effort[1:]
-        self.moment = max(self.moment, float(moments.max()), -float(moments.min()))
+        np.abs(state.joint_effort, out=self._efforts)
+        np.maximum(self._largest, self._efforts, out=self._largest)
+
+    @property
+    def moment(self) -> float:
+        """Largest moment of a revolute joint [N m]."""
+        return float(self._largest[1:].max())
 
 
 class Diagnostics:
@@ -182,7 +183,8 @@ class Diagnostics:
         return self._status("solver", level, message, values)
 
     def _stress(self, pace: Pace) -> DiagnosticStatus:
-        stress, limit = self._design.bending_stress(pace.moment), self._design.material.stress_limit
+        stress = self._design.bending_stress(pace.moment)
+        limit = self._design.material.stress_limit
         ratio = stress / limit
         level, message = OK, f"{100.0 * ratio:.0f} % of the material's linear range"
         if ratio > 1.0:

@@ -152,7 +152,9 @@ class SimNode:
             self._outputs.publish_slow(self._settings, self._drive, self._arbiter, self._timeline)
 
     def _now(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
+        clock = self._node.get_clock()
+        # The system's clock itself is ten times cheaper than by way of ROS.
+        return int(clock.now().nanoseconds) if clock.ros_time_is_active else time.time_ns()
 
     def _wait_for_clock(self) -> None:
         """A simulated clock stands at 0 until its first message."""

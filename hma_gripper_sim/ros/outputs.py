@@ -60,7 +60,8 @@ class Outputs:
         self._markers_due = 0.0
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._reports = Diagnostics(node.get_name(), scene.design)
-        self._pace = Pace()
+        self._joints = len(scene.joint_names)
+        self._pace = Pace(self._joints)
         self._reported = time.monotonic()
 
     def publish_contour(self, name: str) -> None:
@@ -104,7 +105,7 @@ class Outputs:
                 elapsed=now - self._reported,
             )
             self._diagnostics.publish(report)
-            self._pace = Pace()
+            self._pace = Pace(self._joints)
             self._reported = now
 
     def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:

@@ -9,6 +9,7 @@ published into a ROS that is already shut down.
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import time
@@ -74,6 +75,7 @@ def _run(arguments: Sequence[str], mailbox: Mailbox) -> None:
             with _interruptible():
                 drive = _ready_drive(settings)
             gripper = SimNode(node, settings, drive, mailbox)
+            gc.freeze()  # what is there now stays: no collection stops a tick to look through it
             with _callbacks(node, mailbox):
                 gripper.run()
         finally:

@@ -1,0 +1,205 @@
+"""Load and soak test of the node: what one subscriber in another process gets, and what it costs.
+
+Starts sim_node on a ROS domain of its own, moves the gripper on and off the box all the time, and
+records every message of joint_states. See docs/ros_performance.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import click
+import numpy as np
+
+from hma_gripper_sim.logs.topics import CMD_VELOCITY, JOINT_STATES
+from hma_gripper_sim.node_process import NodeProcess, private_ros_domain
+
+VELOCITY = 0.01  # m/s
+HALF_CYCLE = 1.2  # s; 12 mm down, onto the object, and up again
+COMMAND_PERIOD = 0.05  # s
+TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
+PAGE = os.sysconf("SC_PAGE_SIZE")
+
+
+class Listener:
+    """Takes the stamps of all joint states, and when each arrived."""
+
+    def __init__(self, capacity: int) -> None:
+        import rclpy
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import QoSProfile
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float64
+
+        rclpy.init(args=[])
+        self._float = Float64
+        self._node = rclpy.create_node("load")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        self._command = self._node.create_publisher(Float64, CMD_VELOCITY.name, 1)
+        deep = QoSProfile(depth=1000)
+        # Raw: the header is all that is looked at, so the listener is never the bottleneck.
+        self._node.create_subscription(
+            JointState, JOINT_STATES.name, self._on_state, deep, raw=True
+        )
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 10)
+        self._times = np.zeros((capacity, 2), dtype=np.int64)
+        self.count = 0
+        self.overruns = 0
+
+    @property
+    def times(self) -> np.ndarray:
+        """Stamp and arrival of each message so far [ns], shape (count, 2)."""
+        return self._times[: self.count]
+
+    def spin_until(self, end: float) -> None:
+        """Listen and command until a time on the monotonic clock."""
+        next_command = time.monotonic()
+        while (now := time.monotonic()) < end:
+            if now >= next_command:
+                down = int(now / HALF_CYCLE) % 2 == 0
+                self._command.publish(self._float(data=VELOCITY if down else -VELOCITY))
+                next_command = now + COMMAND_PERIOD
+            self._executor.spin_once(timeout_sec=0.01)
+
+    def forget(self) -> None:
+        """Drop what has been received."""
+        self.count = 0
+
+    def close(self) -> None:
+        import rclpy
+
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
+    def _on_state(self, data: bytes) -> None:
+        arrival = time.time_ns()
+        if self.count < len(self._times):
+            seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
+            self._times[self.count] = seconds * 1_000_000_000 + nanoseconds, arrival
+            self.count += 1
+
+    def _on_report(self, message: Any) -> None:
+        for status in message.status:
+            values = {pair.key: pair.value for pair in status.values}
+            self.overruns = int(values.get("overruns", self.overruns))
+
+
+def cpu_seconds(pid: int) -> float:
+    """CPU time that a process has used, of all its threads [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
+
+
+def resident(pid: int) -> int:
+    """Memory that a process holds [bytes]."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * PAGE
+
+
+def measure(rate: float, duration: float, factor: float, folder: Path) -> dict[str, float]:
+    """Run the node for a while and return the figures."""
+    parameters = folder / "parameters.yaml"
+    parameters.write_text(
+        f"/**: {{ros__parameters: {{publish_rate: {rate}, real_time_factor: {factor}, "
+        f"publish_clock: {str(factor == 0.0).lower()}}}}}\n"
+    )
+    # As fast as possible there may be a hundred times as many messages as in real time.
+    listener = Listener(int((100 if factor == 0.0 else 1.5) * rate * (duration + 10)))
+    try:
+        with NodeProcess(parameters, folder / "sim_node.log") as node:
+            while listener.count < 100:
+                node.check()
+                listener.spin_until(time.monotonic() + 0.5)
+            listener.spin_until(time.monotonic() + 2.0)
+            listener.forget()
+            overruns, cpu, begin = listener.overruns, cpu_seconds(node.pid), time.monotonic()
+            memory = []
+            while (now := time.monotonic()) < begin + duration:
+                memory.append((now - begin, resident(node.pid)))
+                listener.spin_until(min(begin + duration, now + 1.0))
+            elapsed = time.monotonic() - begin
+            share = (cpu_seconds(node.pid) - cpu) / elapsed
+            figures = evaluate(listener.times, rate, factor)
+            listener.spin_until(time.monotonic() + 1.2)  # the last report
+            figures |= {
+                "overruns": listener.overruns - overruns,
+                "CPU of the node [% of a core]": 100 * share,
+                "memory of the node [MB]": memory[-1][1] / 1e6,
+                "memory slope [kB/min]": memory_slope(memory),
+            }
+            node.stop()
+        return figures
+    finally:
+        listener.close()
+
+
+def evaluate(times: np.ndarray, rate: float, factor: float) -> dict[str, float]:
+    """Figures of a record of stamps and arrivals [ns]."""
+    stamps, arrivals = times.T
+    period = round(1e9 / rate)
+    steps = np.diff(stamps)
+    figures: dict[str, float] = {
+        "messages": len(stamps),
+        "lost": int((np.maximum(steps // period, 1) - 1).sum()),
+        "stamps off the grid": int((steps % period != 0).sum()),
+        "stamps not increasing": int((steps <= 0).sum()),
+    }
+    span = 1e-9 * (arrivals[-1] - arrivals[0])
+    figures["real-time factor"] = 1e-9 * (stamps[-1] - stamps[0]) / span
+    figures["mean rate [Hz]"] = (len(stamps) - 1) / span
+    if factor == 1.0:
+        latency = 1e-6 * (arrivals - stamps)
+        jitter = 1e-6 * np.abs(np.diff(arrivals) - period)
+        for name, values in (("latency", latency), ("jitter", jitter)):
+            for percent in (50, 99):
+                figures[f"{name} p{percent} [ms]"] = float(np.percentile(values, percent))
+            figures[f"{name} max [ms]"] = float(values.max())
+        figures["drift of the rate [ppm]"] = 1e6 * (figures["real-time factor"] - 1.0)
+    return figures
+
+
+def memory_slope(memory: list[tuple[float, int]]) -> float:
+    """Growth of the second half of a run [kB/min]; the first fills buffers."""
+    later = np.array(memory[len(memory) // 2 :])
+    if len(later) < 3:
+        return 0.0
+    return float(np.polyfit(later[:, 0], later[:, 1], 1)[0] * 60 / 1e3)
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--rate", default=1000.0, show_default=True, help="publish_rate [Hz].")
+@click.option("--duration", default=60.0, show_default=True, help="Length of the record [s].")
+@click.option(
+    "--factor", default=1.0, show_default=True, help="real_time_factor; 0: as fast as possible."
+)
+def main(rate: float, duration: float, factor: float) -> None:
+    r"""Record the node's joint states and print what arrived and what it cost, as JSON.
+
+    \b
+    Exit code: 0  nothing lost, every stamp on the grid, no overrun
+               1  otherwise
+
+    \b
+    Examples:
+      python test/load/ros_load.py                                  1 kHz for a minute
+      python test/load/ros_load.py --rate 500 --duration 1800       soak for half an hour
+      python test/load/ros_load.py --rate 100 --factor 0            as fast as possible
+    """
+    with private_ros_domain(), TemporaryDirectory() as folder:
+        figures = measure(rate, duration, factor, Path(folder))
+    print(json.dumps({name: round(value, 4) for name, value in figures.items()}, indent=2))
+    faults = ("lost", "stamps off the grid", "stamps not increasing", "overruns")
+    sys.exit(any(figures[name] for name in faults))
+
+
+if __name__ == "__main__":
+    main()
