@@ -1,44 +1,56 @@
 """Simulation states as ROS messages.
 
-The messages are made once and refilled in place: at 1 kHz, 63 new floats three times over would
-cost more than the physics.
+A tick's messages are serialised once; then only the numbers in their bytes change. Publishing
+them costs a fifth of what it takes rclpy to convert a message of 63 names every time.
 """
 
 from __future__ import annotations
 
-from array import array
+import struct
 from collections.abc import Sequence
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from numpy.typing import NDArray
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hma_gripper_sim.simulation import SimulationState
 
+Array = NDArray[np.float64]
+
 WRENCH_FRAME = "gripper_mount"
 """Frame of the actuator wrench; its z axis points towards the object."""
 
+_STAMP = struct.Struct("=iI")
+_STAMP_OFFSET = 4  # behind the four bytes that say how the rest is encoded
 
-class JointStateBuffer:
-    """A `JointState` message whose numbers are written through numpy views of its arrays.
 
-    Attributes
+class SerialisedMessage:
+    """The bytes of a message that starts with a header; its numbers are changed in place.
+
+    Parameters
     ----------
     message
-        The message.
-    position, velocity, effort
-        Views of its arrays, shape (n_names,); `effort` is empty without `with_effort`.
+        Complete, but for the numbers.
     """
 
-    def __init__(self, names: Sequence[str], *, with_effort: bool = True) -> None:
-        self.message = JointState(name=list(names))
-        self.message.position = array("d", bytes(8 * len(names)))
-        self.message.velocity = array("d", bytes(8 * len(names)))
-        self.message.effort = array("d", bytes(8 * len(names) * with_effort))
-        self.position = _view(self.message.position)
-        self.velocity = _view(self.message.velocity)
-        self.effort = _view(self.message.effort)
+    def __init__(self, message: JointState | WrenchStamped) -> None:
+        self._bytes = bytearray(serialize_message(message))
+
+    def view(self, placeholder: Array) -> Array:
+        """Return the place of these numbers, which must stand in the message, to be written to."""
+        offset = self._bytes.find(placeholder.tobytes())
+        return np.frombuffer(self._bytes, dtype=np.float64, count=len(placeholder), offset=offset)
+
+    def stamp(self, seconds: int, nanoseconds: int) -> None:
+        """Set the header's time."""
+        _STAMP.pack_into(self._bytes, _STAMP_OFFSET, seconds, nanoseconds)
+
+    @property
+    def content(self) -> bytes:
+        """What to publish."""
+        return bytes(self._bytes)
 
 
 class StateMessages:
@@ -56,26 +68,39 @@ class StateMessages:
     """
 
     def __init__(self, joint_names: Sequence[str]) -> None:
-        self._joints = JointStateBuffer(joint_names)
-        self._phi = JointStateBuffer(("phi_left", "phi_right"), with_effort=False)
-        self.joint_states = self._joints.message
-        self.actuator_wrench = WrenchStamped()
-        self.phi = self._phi.message
-        self.actuator_wrench.header.frame_id = WRENCH_FRAME
-        self._stamp = self.joint_states.header.stamp
-        self.actuator_wrench.header.stamp = self._stamp
-        self.phi.header.stamp = self._stamp
+        rows = _placeholders(3, len(joint_names))
+        position, velocity, effort = rows.tolist()
+        self.joint_states = SerialisedMessage(
+            JointState(name=list(joint_names), position=position, velocity=velocity, effort=effort)
+        )
+        self._joints = [self.joint_states.view(row) for row in rows]
+        rows = _placeholders(2, 2)
+        position, velocity = rows.tolist()
+        self.phi = SerialisedMessage(
+            JointState(name=["phi_left", "phi_right"], position=position, velocity=velocity)
+        )
+        self._phi = [self.phi.view(row) for row in rows]
+        wrench = WrenchStamped()
+        wrench.header.frame_id = WRENCH_FRAME
+        (force,) = _placeholders(1, 1)
+        wrench.wrench.force.z = float(force[0])
+        self.actuator_wrench = SerialisedMessage(wrench)
+        self._force = self.actuator_wrench.view(force)
 
     def fill(self, state: SimulationState, stamp: int) -> None:
         """Write a state, stamped with a time in nanoseconds, into all messages."""
-        self._stamp.sec, self._stamp.nanosec = divmod(stamp, 1_000_000_000)
-        self._joints.position[:] = state.joint_position
-        self._joints.velocity[:] = state.joint_velocity
-        self._joints.effort[:] = state.joint_effort
-        self.actuator_wrench.wrench.force.z = state.actuator_force
-        self._phi.position[:] = state.phi_left, state.phi_right
-        self._phi.velocity[:] = state.phi_left_rate, state.phi_right_rate
+        for message in (self.joint_states, self.actuator_wrench, self.phi):
+            message.stamp(*divmod(stamp, 1_000_000_000))
+        position, velocity, effort = self._joints
+        position[:] = state.joint_position
+        velocity[:] = state.joint_velocity
+        effort[:] = state.joint_effort
+        self._force[0] = state.actuator_force
+        angle, rate = self._phi
+        angle[:] = state.phi_left, state.phi_right
+        rate[:] = state.phi_left_rate, state.phi_right_rate
 
 
-def _view(values: array[float]) -> NDArray[np.float64]:
-    return np.frombuffer(values, dtype=np.float64) if values else np.empty(0)
+def _placeholders(rows: int, columns: int) -> Array:
+    """Numbers that no message holds by chance, different in each place; shape (rows, columns)."""
+    return np.pi * np.arange(1.0, rows * columns + 1.0).reshape(rows, columns)

@@ -72,9 +72,9 @@ class Outputs:
         """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
         messages = self._state_messages
         messages.fill(state, stamp)
-        self._joint_states.publish(messages.joint_states)
-        self._wrench.publish(messages.actuator_wrench)
-        self._phi.publish(messages.phi)
+        self._joint_states.publish(messages.joint_states.content)
+        self._wrench.publish(messages.actuator_wrench.content)
+        self._phi.publish(messages.phi.content)
         if self._clock is not None:
             clock = self._clock_message.clock
             clock.sec, clock.nanosec = divmod(stamp, 1_000_000_000)
