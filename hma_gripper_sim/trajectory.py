@@ -18,6 +18,9 @@ from hma_gripper_sim.quantities import quantity
 LARGEST = 1e6
 """Bound of every number of a way point [m, m/s, m/s²]: beyond it a spline could overflow."""
 
+SHORTEST = 1e-9
+"""Least time between two knots of a spline [s]: the resolution of ROS times."""
+
 AT_REST = 1.2e-7
 """Velocity up to which a last way point counts as at rest [m/s]: the precision of a float32."""
 
@@ -94,7 +97,7 @@ class Trajectory:
         self._points = tuple(_checked(point, i) for i, point in enumerate(points))
         before = None
         for i, point in enumerate(self._points):
-            if before is not None and not point.time > before.time:
+            if before is not None and not point.time - before.time > 0.5 * SHORTEST:
                 raise _refuse(i, "time", "must be later than that of the point before")
             if (point.position is None) != (self._points[0].position is None):
                 raise _refuse(i, "position", "must be given for all points or for none")
@@ -120,7 +123,8 @@ class Trajectory:
         """
         times: list[float] = []
         knots: list[list[float]] = []
-        if now < self._points[0].time:
+        begins_here = self._points[0].time - now > SHORTEST
+        if begins_here:
             times.append(now)
             knots.append([travel, velocity])
         for point in self._points:
@@ -130,8 +134,8 @@ class Trajectory:
             times.append(point.time)
             knots.append([position, *_derivatives(point)])
         spline = Spline(times, knots)
-        if self._points[0].position is None and now >= self._points[0].time:
-            shift = travel - spline.at(now)[0]
+        if self._points[0].position is None and not begins_here:
+            shift = travel - spline.at(max(now, times[0]))[0]
             return Spline(times, [[knot[0] + shift, *knot[1:]] for knot in knots])
         return spline
 

@@ -23,6 +23,7 @@ from hma_gripper_sim import (
 from hma_gripper_sim.braking import TRAVEL_RESOLUTION
 from hma_gripper_sim.drive import Drive
 from hma_gripper_sim.drive_limits import DriveLimits
+from hma_gripper_sim.trajectory import Trajectory, WayPoint
 
 PERIOD = 0.01
 LIMITS = DriveLimits(
@@ -210,6 +211,104 @@ def test_a_command_beyond_the_velocity_limit_is_clamped_and_said(sign):
     drive.command(sign * 0.05)
     assert not drive.status().clamped
     assert drive.status().clamps == 1
+
+
+def through(*rows):
+    """A trajectory through (time, position, velocity)."""
+    names = ("time", "position", "velocity")
+    return Trajectory([WayPoint(**dict(zip(names, row, strict=False))) for row in rows])
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01, 0.02])
+def test_a_trajectory_is_followed_tick_by_tick(period):
+    drive = make_drive(period=period, command_timeout=0.05)
+    there, back = 0.02, 0.005
+    drive.follow(through((0.8, there, 0.0), (1.4, back, 0.0)))
+    states = ticks(drive, round(1.5 / period))
+    # Cubics from rest to rest over a distance d in a time t: x = d (3 s² - 2 s³), s = time / t,
+    # with a third derivative of 12 d / t³; so far the trapezoids of a tick may be off it.
+    for start, end, begin, duration in ((0.0, there, 0.0, 0.8), (there, back, 0.8, 0.6)):
+        bound = period**3 * 12 * abs(end - start) / duration**3 / 24
+        for state in states:
+            s = (state.time - begin) / duration
+            # After the knot, where the third derivative jumps, there are two ticks to settle.
+            if 2.5 * period / duration < s < 1.0:
+                expected = start + (end - start) * (3 * s**2 - 2 * s**3)
+                assert state.travel == pytest.approx(expected, abs=1.01 * bound + 1e-12)
+    assert states[-1].travel == pytest.approx(back, abs=TRAVEL_RESOLUTION)
+    assert states[-1].velocity == 0.0
+    assert not drive.status().stale  # it needs no renewal
+    assert drive.status().following
+
+
+def test_velocities_alone_are_the_same_motion_as_velocity_commands():
+    drive, twin = make_drive("box"), make_drive("box")
+    drive.follow(
+        through((PERIOD, None, 0.004), (2.0, None, 0.004), (2.0 + PERIOD, None, 0.0)), delay=0.0
+    )
+    for i in range(220):
+        twin.command(0.004 if i < 200 else 0.0)
+        expected, state = twin.tick(), drive.tick()
+        assert state.travel == pytest.approx(expected.travel, abs=2 * TRAVEL_RESOLUTION)
+        # The force follows from travel and velocity; in contact a metre costs some 1e3 N.
+        assert state.actuator_force == pytest.approx(expected.actuator_force, abs=1e-7)
+    assert expected.actuator_force > 0.1
+
+
+@given(
+    period=st.floats(1e-3, 0.05),
+    acceleration=st.floats(0.05, 20.0),
+    goal=st.floats(1e-3, 0.025),
+)
+@settings(max_examples=25, deadline=None)
+def test_a_jump_of_the_goal_is_approached_at_the_limits_without_overshoot(
+    period, acceleration, goal
+):
+    drive = make_drive(period=period, max_acceleration=acceleration)
+    drive.follow(through((0.0, goal)))
+    peak = min(0.05, math.sqrt(goal * acceleration))
+    states = ticks(drive, math.ceil((goal / peak + peak / acceleration) / period) + 4)
+    assert max(state.travel for state in states) <= goal + 2 * TRAVEL_RESOLUTION
+    assert states[-1].travel == pytest.approx(goal, abs=4 * TRAVEL_RESOLUTION)
+    assert abs(states[-1].velocity) * period <= 4 * TRAVEL_RESOLUTION
+
+
+def test_a_trajectory_beyond_the_limits_is_held_by_them_and_said():
+    drive = make_drive(travel_max=0.01)
+    drive.follow(through((0.1, 1.0), (0.5, 1e6), (1.0, 0.005, 0.0)))
+    states = ticks(drive, 40)
+    assert max(state.travel for state in states) == pytest.approx(0.01, abs=1e-11)
+    assert max(abs(state.velocity) for state in states) <= 0.05
+    assert drive.status().clamped
+    assert drive.status().at_limit
+    assert ticks(drive, 160)[-1].travel == pytest.approx(0.005, abs=TRAVEL_RESOLUTION)
+    assert not drive.status().clamped
+    assert drive.status().clamps == 1
+
+
+def test_a_new_command_replaces_a_trajectory_and_the_other_way_round():
+    drive = make_drive()
+    drive.follow(through((1.0, 0.02, 0.0)))
+    ticks(drive, 30)
+    drive.command(-0.001)
+    assert ticks(drive, 20)[-1].velocity == -0.001
+    drive.follow(through((0.5, 0.001, 0.0)))
+    drive.follow(through((0.5, 0.012, 0.0)))
+    assert ticks(drive, 60)[-1].travel == pytest.approx(0.012, abs=1e-11)
+    drive.reset()
+    assert drive.tick().velocity == 0.0
+    assert not drive.status().following
+
+
+def test_a_step_moves_time_although_paused():
+    drive, twin = make_drive("box"), make_drive("box")
+    for each in (drive, twin):
+        each.command(0.02)
+    drive.pause(True)
+    for _ in range(40):
+        assert drive.tick() is drive.state
+        assert identical(drive.step(), twin.tick())
+    assert drive.status().paused
 
 
 def test_a_pause_stops_time_and_loses_nothing():

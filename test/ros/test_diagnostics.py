@@ -1,0 +1,103 @@
+"""What the node reports about itself, and at which level."""
+
+from __future__ import annotations
+
+import pytest
+
+from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
+from hma_gripper_sim.arbiter import SourceCounts
+from hma_gripper_sim.drive import DriveStatus
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+
+from builtin_interfaces.msg import Time
+
+from hma_gripper_sim.ros.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Pace
+
+DESIGN = GripperDesign.thesis_2013()
+SIMULATION = Simulation(Scene(DESIGN, Circle(0.015)))
+FINE = DriveStatus(
+    contour="box", source="commands", following=False, paused=False, failure=None, stale=False,
+    clamped=False, at_limit=False, ticks=7, clamps=0, timeouts=0,
+)  # fmt: skip
+
+
+def report(diagnostics, status=FINE, counts=None, overruns=0, moved=100, factor=1.0, effort=0.0):
+    """Levels and statuses by part, of a second in which so many ticks of 10 ms moved."""
+    state = SIMULATION.state()
+    state.joint_effort[5] = effort
+    pace = Pace(len(state.joint_effort))
+    for i in range(100):
+        pace.add(state, 0.002, moved=i < moved)
+    message = diagnostics.report(
+        Time(), status, counts or {}, SIMULATION.snapshot(), pace, overruns,
+        period=0.01, factor=factor, elapsed=1.0,
+    )  # fmt: skip
+    parts = {item.name.split(": ")[1]: item for item in message.status}
+    assert set(parts) == {"drive", "timing", "solver", "stress"}
+    return {name: item.level for name, item in parts.items()}, parts
+
+
+def values(status):
+    return {pair.key: pair.value for pair in status.values}
+
+
+@pytest.fixture
+def diagnostics():
+    return Diagnostics("hma_gripper_sim", DESIGN)
+
+
+def test_all_is_well(diagnostics):
+    levels, parts = report(diagnostics)
+    assert set(levels.values()) == {OK}
+    assert parts["drive"].message == "commands is in charge"
+    assert values(parts["timing"])["real-time factor"] == "1.0000"
+    assert values(parts["timing"])["mean duration of a tick [ms]"] == "2.000"
+    assert all(item.hardware_id == "hma_gripper_sim" for item in parts.values())
+
+
+@pytest.mark.parametrize(
+    ("change", "part", "level", "text"),
+    [
+        ({"source": ""}, "drive", OK, "no command yet"),
+        ({"paused": True}, "drive", OK, "paused"),
+        ({"stale": True}, "drive", STALE, "within command_timeout"),
+        ({"clamped": True}, "drive", WARN, "max_velocity"),
+        ({"at_limit": True}, "drive", WARN, "travel limit"),
+        ({"failure": "no way on"}, "solver", ERROR, "no way on; ~/reset"),
+    ],
+)
+def test_what_the_drive_does_decides_the_level(diagnostics, change, part, level, text):
+    levels, parts = report(diagnostics, FINE._replace(**change))
+    assert levels[part] == level
+    assert text in parts[part].message
+
+
+def test_refused_commands_warn_once_and_are_counted_by_source(diagnostics):
+    counts = {"commands": SourceCounts(5, 2, 1)}
+    levels, parts = report(diagnostics, counts=counts)
+    assert levels["drive"] == WARN
+    shown = values(parts["drive"])
+    assert [shown[f"commands: {key}"] for key in ("accepted", "rejected", "out of date")] == [
+        "5", "2", "1",
+    ]  # fmt: skip
+    assert report(diagnostics, counts=counts)[0]["drive"] == OK
+
+
+def test_overruns_and_slowness_warn(diagnostics):
+    assert report(diagnostics, overruns=2)[0]["timing"] == WARN
+    assert report(diagnostics, overruns=2)[0]["timing"] == OK
+    assert report(diagnostics, overruns=2, moved=50)[0]["timing"] == WARN
+    assert report(diagnostics, overruns=2, moved=50, factor=0.0)[0]["timing"] == OK
+    # While paused no time is wanted to pass.
+    assert report(diagnostics, FINE._replace(paused=True), overruns=2, moved=0)[0]["timing"] == OK
+
+
+@pytest.mark.parametrize(("share", "level"), [(0.9, OK), (1.1, WARN)])
+def test_stress_beyond_the_linear_range_warns(diagnostics, share, level):
+    # Thesis Eq. 5.1: stress = M (w / 2) / I, of a section w thick and h high, I = h w³ / 12.
+    inertia = DESIGN.height * DESIGN.width**3 / 12
+    moment = share * DESIGN.material.stress_limit * inertia / (DESIGN.width / 2)
+    levels, parts = report(diagnostics, effort=-moment)
+    assert levels["stress"] == level
+    assert f"{100 * share:.0f} %" in parts["stress"].message
