@@ -158,7 +158,7 @@ def _margins(law: ContactLaw, contact: ContactWork, margin: Array) -> None:
 @kernel
 def _same_modes(a: ContactModes, b: ContactModes, k: int) -> bool:
     """Whether contact `k` does the same in both."""
-    return a.normal[k] == b.normal[k] and a.friction[k] == b.friction[k]
+    return bool(a.normal[k] == b.normal[k] and a.friction[k] == b.friction[k])
 
 
 @kernel
