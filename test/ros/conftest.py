@@ -118,6 +118,7 @@ class Client:
         self._executor.add_node(self._node)
         self._velocity = self._node.create_publisher(Float64, f"{NODE}/cmd_velocity", 1)
         self._clock = self._node.create_publisher(Clock, "/clock", 1)
+        self._publishers: dict[str, Any] = {}
         self.joints: list[Any] = []
         self.wrenches: list[Any] = []
         self.phi: list[Any] = []
@@ -210,6 +211,31 @@ class Client:
 
         self._velocity.publish(Float64(data=velocity))
         assert self._velocity.wait_for_all_acked(Duration(seconds=PATIENCE))
+
+    def send(self, topic: str, message: Any) -> None:
+        """Publish on a topic of the node, and wait until the node has it."""
+        from rclpy.duration import Duration
+
+        name = f"{NODE}/{topic}"
+        if name not in self._publishers:
+            self._publishers[name] = self._node.create_publisher(type(message), name, 1)
+            self.wait(self._publishers[name].get_subscription_count)
+        self._publishers[name].publish(message)
+        assert self._publishers[name].wait_for_all_acked(Duration(seconds=PATIENCE))
+
+    def listen(self, kind: Any, topic: str, *, latched: bool = False) -> list[Any]:
+        """Return the list that the messages of a topic are added to from now on."""
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        messages: list[Any] = []
+        kept = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        qos = QoSProfile(depth=1000, durability=kept)
+        self._node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def now(self) -> Any:
+        """Present time, as the stamp of a message."""
+        return self._node.get_clock().now().to_msg()
 
     def has_clock_subscriber(self) -> bool:
         return self._clock.get_subscription_count() > 0
