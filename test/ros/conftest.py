@@ -119,6 +119,7 @@ class Client:
         self._velocity = self._node.create_publisher(Float64, f"{NODE}/cmd_velocity", 1)
         self._clock = self._node.create_publisher(Clock, "/clock", 1)
         self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
         self.joints: list[Any] = []
         self.wrenches: list[Any] = []
         self.phi: list[Any] = []
@@ -233,6 +234,12 @@ class Client:
         self._node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
+    def use_sim_time(self) -> None:
+        """Take the time from /clock."""
+        from rclpy.parameter import Parameter
+
+        self._node.set_parameters([Parameter("use_sim_time", value=True)])
+
     def now(self) -> Any:
         """Present time, as the stamp of a message."""
         return self._node.get_clock().now().to_msg()
@@ -248,11 +255,11 @@ class Client:
         self._clock.publish(Clock(clock=Time(nanoseconds=nanoseconds).to_msg()))
 
     def _request(self, kind: Any, name: str, request: Any) -> Any:
-        client = self._node.create_client(kind, f"{NODE}/{name}")
-        self.wait(client.service_is_ready)
-        future = client.call_async(request)
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(kind, f"{NODE}/{name}")
+            self.wait(self._clients[name].service_is_ready)
+        future = self._clients[name].call_async(request)
         self.wait(future.done)
-        self._node.destroy_client(client)
         return future.result()
 
 
