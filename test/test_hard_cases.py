@@ -7,21 +7,13 @@ import pytest
 from hma_gripper_sim import Outcome
 from hma_gripper_sim.benchmark.hard_cases import HardCase, examine, hard_cases
 
-# Scenes that are refused by name.
-REFUSED = {
-    # The limp beams sag by 4.3 mm, beyond the clearance of 4 mm: the run would have to start with
-    # the tips resting on the box, without friction, and no such equilibrium is found.
-    "Young's modulus: times 0.01, box": Outcome.NO_EQUILIBRIUM,
-}
-
-_STICK_SLIP = "stick-slip events come too early or late at this tolerance; finer ones converge"
+_STICK_SLIP = "a self-excited stick-slip oscillation gets out of phase; finer tolerances converge"
 KNOWN_DEFECTS = {
     "friction: 1, box, continuous": _STICK_SLIP,
     "friction: 1.3, box, continuous": _STICK_SLIP,
     "friction: 1.3, box, sampled": "the instant of buckling is sensitive: tolerances from 1e-3 "
     "to 1e-6 are all about 2 % RMS off 1e-8, and 1e-7 is 1 % off",
     "friction: 1.3, cylinder, continuous": _STICK_SLIP,
-    "off-centre: 3 mm, box": _STICK_SLIP,
     "sharp corners: radius 0 mm, sampled": _STICK_SLIP,
     "sharp corners: radius 0.1 mm, sampled": _STICK_SLIP,
     "joint damping: times 0, box": "undamped beams go on vibrating after the first slip: runs at "
@@ -33,7 +25,8 @@ def parameters() -> list[object]:
     found = []
     for case in hard_cases():
         reason = KNOWN_DEFECTS.get(case.title)
-        marks = [] if reason is None else [pytest.mark.xfail(reason=reason)]
+        # Not strict: where the phase ends up is a matter of rounding.
+        marks = [] if reason is None else [pytest.mark.xfail(reason=reason, strict=False)]
         found.append(pytest.param(case, id=case.title, marks=marks))
     return found
 
@@ -41,11 +34,11 @@ def parameters() -> list[object]:
 @pytest.mark.parametrize("case", parameters())
 def test_converges_agrees_with_a_tighter_tolerance_and_balances_its_energy(case: HardCase) -> None:
     verdict = examine(case)
-    assert verdict.outcome is REFUSED.get(case.title, Outcome.CONVERGED)
+    assert verdict.outcome is Outcome.CONVERGED
     assert verdict.failures == ()
 
 
-def test_the_lists_above_name_cases_that_exist() -> None:
+def test_the_list_above_names_cases_that_exist() -> None:
     titles = [case.title for case in hard_cases()]
     assert len(set(titles)) == len(titles)
-    assert set(REFUSED) | set(KNOWN_DEFECTS) <= set(titles)
+    assert set(KNOWN_DEFECTS) <= set(titles)

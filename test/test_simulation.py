@@ -619,3 +619,22 @@ def test_texts_with_units(design: GripperDesign, cylinder: Circle) -> None:
     simulation.step("10 ms", "4 mm/s")  # type: ignore[arg-type]
     assert simulation.time == pytest.approx(0.01)
     assert simulation.velocity == pytest.approx(0.004)
+
+
+def test_limp_gripper_starts_at_rest_on_the_box(design: GripperDesign) -> None:
+    """Beams of a hundredth of the stiffness sag onto the box; their start pose is an equilibrium.
+
+    Without friction, as friction cannot be known there; left alone, nothing then moves.
+    """
+    limp = dataclasses.replace(
+        design,
+        material=dataclasses.replace(
+            design.material, youngs_modulus=0.01 * design.material.youngs_modulus
+        ),
+    )
+    scene = Scene(limp, RoundedBox(0.028, 0.028, 0.002), clearance=0.004, friction=0.0)
+    trace = simulate(scene, 0.0, 1.0)
+    assert trace.stats.converged
+    assert np.abs(np.diff(trace.joint_position, axis=0)).max() < 1e-9
+    weight = scene.gravity * (2.0 * scene.half.chain.mass.sum() + scene.half.middle_mass)
+    assert trace.actuator_force[-1] > -weight + 1e-3  # the box carries some of it

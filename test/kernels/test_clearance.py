@@ -14,6 +14,9 @@ from hma_gripper_sim.kernels.clearance import (
     TIP_FLANK,
     TIP_SHANK,
     TOP_BEAM,
+    Recorded,
+    clearance_work,
+    first_touches,
     part_gaps,
     place_segments,
 )
@@ -73,3 +76,29 @@ def test_gaps_to_a_circle(design: GripperDesign, seed: int) -> None:
         from_centre = np.linalg.norm(places[part] - scene.object_position)
         radius = half.segments.radius[half.segments.part == part][0]
         assert from_centre == pytest.approx(gaps[part] + 0.015 + radius, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_touch_is_passed_over(design: GripperDesign, seed: int) -> None:
+    """States that cannot have closed a gap are skipped: the same touches as measuring all.
+
+    An infinite reach of the bodies forbids to skip any.
+    """
+    rng = np.random.default_rng(seed)
+    scene = Scene(design, Circle(0.015), clearance=0.005, offset=0.001 * seed)
+    half, obstacle = scene.half, scene.models[0].obstacle
+    rows = 400
+    # Both halves wander off until parts of them meet the object, or each other.
+    q, other = 0.004 * np.cumsum(rng.normal(size=(2, rows, len(half.chain.rest))), axis=1)
+    travel = np.linspace(0.0, 0.03, rows)
+    states = Recorded(np.linspace(0.0, 7.0, rows), travel, q, other)
+    found, every = np.empty((2, PARTS, 3))
+    for segments, result in (
+        (half.segments, found),
+        (half.segments._replace(reach=np.full(len(q[0]), np.inf)), every),
+    ):
+        first_touches(half.chain, segments, obstacle, states, clearance_work(segments), result)
+    assert np.isfinite(every[:, 0]).any()
+    touched = np.isfinite(every[:, 0])
+    np.testing.assert_array_equal(found[:, 0], every[:, 0])
+    np.testing.assert_array_equal(found[touched], every[touched])

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.kernels.integrator import base_motion
+from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
+from hma_gripper_sim.kernels.integrator import GAMMA, base_motion, time_to_event
 from hma_gripper_sim.motion import follow, ramp
+from hma_gripper_sim.simulation import Half
 
 
 def swing(tolerance: float) -> tuple[np.ndarray, int]:
@@ -79,3 +81,36 @@ def test_a_jump_is_taken_at_its_time(design: GripperDesign) -> None:
     trace = simulation.advance(1.0, velocity)
     assert simulation.travel == pytest.approx(0.00175, abs=1e-9)
     assert trace.travel[-1] == pytest.approx(0.00175, abs=1e-9)
+
+
+EVENTS = {
+    "touch": ((OPEN, STICK), (CLOSED, SLIP_LEFT), 0),
+    "release": ((CLOSED, STICK), (OPEN, STICK), 0),
+    "slip": ((CLOSED, STICK), (CLOSED, SLIP_RIGHT), 1),
+    "arrest": ((CLOSED, SLIP_LEFT), (CLOSED, STICK), 1),
+}
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("name", EVENTS)
+def test_events_are_expected_where_their_margin_is_used_up(
+    design: GripperDesign, name: str, known: bool
+) -> None:
+    """A margin that falls linearly to 0 at t = 3 ms, within a trial step of 5 ms.
+
+    Its slope is that within the trial step, or where the inner stage is beyond the event
+    already, that of the step before.
+    """
+    before, after, event = EVENTS[name]
+    half = Half(Scene(design, Circle(0.015)).models[0])
+    state, modes, inner = half.state, half.work.contact.modes, half.scratch.modes
+    state.modes.normal[0], state.modes.friction[0] = before
+    modes.normal[0], modes.friction[0] = after
+    inner.normal[0], inner.friction[0] = before if known else after
+    state.margin[0, event], h = 0.6, 5e-3
+    falls_known = known and name != "touch"  # the rate of a gap is known exactly
+    state.drift[0, event] = -50.0 if falls_known else -200.0
+    half.scratch.margin[0, 0, event] = 0.6 - 200.0 * GAMMA * h
+    assert time_to_event(h, state, half.work, half.scratch) == pytest.approx(3e-3, rel=1e-12)
+    modes.normal[0], modes.friction[0] = before
+    assert time_to_event(h, state, half.work, half.scratch) == np.inf
