@@ -1,7 +1,7 @@
 """Load and soak test of the node: what one subscriber in another process gets, and what it costs.
 
 Starts sim_node on a ROS domain of its own, moves the gripper on and off the box all the time, and
-records every message of joint_states. See docs/ros_performance.md.
+records every message of joint_states.
 """
 
 from __future__ import annotations
