@@ -111,6 +111,7 @@ setup(
             "pytest>=8.0,<9",
             "ruff==0.17.6",
             "types-PyYAML>=6.0",
+            "yourdfpy>=0.0.56",
         ],
     },
     entry_points={

@@ -10,6 +10,7 @@ import click
 from hma_gripper_sim.benchmark.command import benchmark
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.node_process import NodeError
+from hma_gripper_sim.urdf_command import urdf
 
 
 class _Commands(click.Group):
@@ -92,6 +93,7 @@ def demo(
 
 
 cli.add_command(benchmark)
+cli.add_command(urdf)
 
 
 def main() -> None:

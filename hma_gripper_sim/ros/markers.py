@@ -1,6 +1,6 @@
 """The gripper, the object and the contact forces as markers for RViz and Foxglove.
 
-All of it is drawn in the frame `WRENCH_FRAME`: x to the right, z towards the object, so a point
+All of it is drawn in the frame `MOUNT`: x to the right, z towards the object, so a point
 (x, z) of the drawing plane, where z is up, stands at (x, 0, -z).
 """
 
@@ -16,9 +16,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from hma_gripper_sim.contact_forces import ContactForce, contact_forces
 from hma_gripper_sim.outline import gripper_outline
-from hma_gripper_sim.ros.messages import WRENCH_FRAME
 from hma_gripper_sim.scene import SIDES, Scene
 from hma_gripper_sim.simulation import SimulationState, Snapshot
+from hma_gripper_sim.urdf import MOUNT
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class MarkerMessages:
 
 def _marker(namespace: str, number: int, kind: int, color: ColorRGBA) -> Marker:
     marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD, color=color)
-    marker.header.frame_id = WRENCH_FRAME
+    marker.header.frame_id = MOUNT
     marker.pose.orientation.w = 1.0
     marker.scale = Vector3(x=1.0, y=1.0, z=1.0)
     return marker

@@ -16,11 +16,9 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hma_gripper_sim.simulation import SimulationState
+from hma_gripper_sim.urdf import MOUNT
 
 Array = NDArray[np.float64]
-
-WRENCH_FRAME = "gripper_mount"
-"""Frame of the actuator wrench; its z axis points towards the object."""
 
 _STAMP = struct.Struct("=iI")
 _STAMP_OFFSET = 4  # behind the four bytes that say how the rest is encoded
@@ -85,7 +83,7 @@ class StateMessages:
         )
         self._phi = [self.phi.view(row) for row in rows]
         wrench = WrenchStamped()
-        wrench.header.frame_id = WRENCH_FRAME
+        wrench.header.frame_id = MOUNT
         (force,) = _placeholders(1, 1)
         wrench.wrench.force.z = float(force[0])
         self.actuator_wrench = SerialisedMessage(wrench)
