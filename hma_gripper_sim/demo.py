@@ -37,8 +37,8 @@ SHIPPED = ("thesis_2013_box.yaml", "thesis_2013_cylinder.yaml")
 _START_TIMEOUT = 180.0
 """How long [s] the node may take to publish: its first start on a machine compiles the solver."""
 
-_COMMAND_TIMEOUT = 0.5
-"""How long [s] of real time the node waits for the next command before it stops the gripper."""
+_ROOM = 1e-3
+"""Travel [m] beyond the deepest point: no motion ends at a limit."""
 
 _SNAPSHOTS = 8
 """Panels of the snapshot series."""
@@ -169,10 +169,7 @@ def _write_parameters(
     speeds = [abs(s.velocity) for experiment in experiments for s in experiment.motion]
     content = {
         "real_time_factor": factor,
-        # Counted in simulated time: the patience in real time stays the same at any factor.
-        "command_timeout": _COMMAND_TIMEOUT * max(1.0, factor),
-        # The drive stops exactly at the deepest point, however late the reversal is commanded.
-        "travel_max": max(depths),
+        "travel_max": max(depths) + _ROOM,
         "max_velocity": max(speeds),
         "friction": experiments[0].friction,
         "contact": experiments[0].contact,

@@ -22,8 +22,9 @@ ACTUATOR_WRENCH = Topic(f"{NODE}/actuator_wrench", "geometry_msgs/msg/WrenchStam
 PHI = Topic(f"{NODE}/phi", "sensor_msgs/msg/JointState")
 CONTOUR = Topic(f"{NODE}/contour", "std_msgs/msg/String", latched=True)
 CMD_VELOCITY = Topic(f"{NODE}/cmd_velocity", "std_msgs/msg/Float64")
+JOINT_TRAJECTORY = Topic(f"{NODE}/joint_trajectory", "trajectory_msgs/msg/JointTrajectory")
 
 STAMPED_TOPICS = (JOINT_STATES, ACTUATOR_WRENCH, PHI)
 """What the node publishes every tick, all with the same stamp."""
 
-LOGGED_TOPICS = (*STAMPED_TOPICS, CONTOUR, CMD_VELOCITY)
+LOGGED_TOPICS = (*STAMPED_TOPICS, CONTOUR, CMD_VELOCITY, JOINT_TRAJECTORY)

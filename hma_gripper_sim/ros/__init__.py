@@ -1,6 +1,6 @@
 """The ROS 2 side: the node and what it is made of. Nothing else in the package imports rclpy.
 
-=============  ==================================================================
+==============  ==================================================================
 sim_node       the executable; light, so that it is ready for signals at once
 program        ROS, threads and signals around the node
 node           the node: requests to the drive, and the ticks
@@ -15,5 +15,39 @@ parameters     the same as ROS parameters
 mailbox        calls from ROS callbacks, carried out between two ticks
 timeline       when each tick is due, and the time stamp it carries
 arguments      ROS arguments on the command line
+client         GripperClient, for programs that command the node
+state_listener what the client knows of the node
+own_node       ROS for programs that have no node
 =============  ==================================================================
+
+The client's names are imported when they are first used: `sim_node` is not to wait for them.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.ros.client import (
+        GripperClient,
+        GripperError,
+        GripperRefusedError,
+        GripperTimeoutError,
+    )
+    from hma_gripper_sim.ros.state_listener import GripperState
+
+__all__ = [
+    "GripperClient",
+    "GripperError",
+    "GripperRefusedError",
+    "GripperState",
+    "GripperTimeoutError",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from hma_gripper_sim.ros import client
+
+    return getattr(client, name)

@@ -3,41 +3,29 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
 
 from hma_gripper_sim.experiment import Segment
-from hma_gripper_sim.logs.topics import CMD_VELOCITY, NODE
 from hma_gripper_sim.logs.writer import LogWriter
 from hma_gripper_sim.node_process import NodeProcess
+from hma_gripper_sim.ros.client import GripperClient, GripperError
 from hma_gripper_sim.ros.recorder import Recorder
 
-COMMAND_PERIOD = 0.02
-"""Time [s] between two commands of the same velocity."""
-
 _POLL = 0.002
-"""How often [s] new messages are looked for."""
+"""How often new messages are looked for [s]."""
 
 _ANSWER_TIMEOUT = 10.0
-"""How long [s] the node gets for an answer."""
-
-_GRACE = 2_000_000_000
-"""Simulated time [ns] that a segment may take on top of twice its duration."""
-
-_ARRIVED = 1e-6
-"""How near [m] to a way point the motion counts as there: travel limits end it just short."""
+"""How long the node gets for an answer [s]."""
 
 
 class DemoClient:
-    """A client of the simulation node; use it as a context manager.
+    """A client of the simulation node, and a log of it; use it as a context manager.
 
     Parameters
     ----------
@@ -50,24 +38,21 @@ class DemoClient:
         self._context = Context()
         # Without handlers of its own: Ctrl-C stays a KeyboardInterrupt.
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node("hma_gripper_demo", context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self._command = self._node.create_publisher(Float64, CMD_VELOCITY.name, 1)
         self._recorder = Recorder(self._context)
+        self._gripper = GripperClient(patience=_ANSWER_TIMEOUT, check=self._check)
+        self._progress: Callable[[], None] = lambda: None
 
     def wait_for_node(self, timeout: float) -> None:
         """Wait until the node publishes and takes commands, at most `timeout` [s]."""
-
-        def ready() -> bool:  # the recorder listens to commands, too
-            return self._command.get_subscription_count() > 1 and self._recorder.hears_node
-
-        self._wait(ready, timeout, "state")
+        with self._explained():
+            self._gripper.wait_for_node(timeout)
+        self._wait(lambda: self._recorder.hears_node, timeout, "state")
 
     def select(self, contour: str) -> None:
         """Go back to the start pose and put an object of the node's catalogue in place."""
-        self._call(f"{NODE}/reset")
-        self._call(f"{NODE}/select_contour/{contour}")
+        with self._explained():
+            self._gripper.reset()
+            self._gripper.select(contour)
         self._wait(lambda: self._recorder.contour == contour, _ANSWER_TIMEOUT, "new contour")
         self._wait(lambda: self._recorder.slide == (0.0, 0.0), _ANSWER_TIMEOUT, "start pose")
 
@@ -76,9 +61,9 @@ class DemoClient:
     ) -> None:
         """Command a motion from the start pose, and log everything until it is over.
 
-        The schedule follows what the node reports, not this process's clock: a segment that moves
-        is over when its travel has been reached, a hold when its time has passed on the stamps.
-        So delays between the processes never add up, at any real-time factor.
+        Each segment that moves ends where the node reports its travel, and a hold when its time
+        has passed on the stamps: delays between the processes never add up, at any real-time
+        factor.
 
         Parameters
         ----------
@@ -91,18 +76,17 @@ class DemoClient:
         """
         begin = self._recorder.stamp
         self._recorder.start(log)
-        target = 0.0
-        for segment in motion:
-            target += segment.velocity * segment.duration
-            self._command_until(
-                segment, target, lambda: progress((self._recorder.stamp - begin) * 1e-9)
-            )
-        self._command.publish(Float64(data=0.0))
-        self._wait(
-            lambda: self._recorder.command == 0.0 and self._recorder.slide[1] == 0.0,
-            _ANSWER_TIMEOUT,
-            "rest",
-        )
+        self._progress = lambda: progress((self._recorder.stamp - begin) * 1e-9)
+        with self._explained():
+            for segment in motion:
+                if segment.velocity == 0.0:
+                    self._gripper.hold(segment.duration)
+                else:
+                    distance = segment.velocity * segment.duration
+                    self._gripper.move(distance, abs(segment.velocity))
+        self._progress = lambda: None
+        end = self._gripper.state.stamp
+        self._wait(lambda: self._recorder.stamp >= end, _ANSWER_TIMEOUT, "last states")
         self._recorder.finish()
         self._wait(lambda: self._recorder.finished, _ANSWER_TIMEOUT, "last messages")
 
@@ -115,56 +99,28 @@ class DemoClient:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._executor.shutdown()
+        self._gripper.close()
         self._recorder.close()
-        self._node.destroy_node()
         rclpy.try_shutdown(context=self._context)
 
-    def _command_until(self, segment: Segment, target: float, progress: Callable[[], None]) -> None:
-        """Repeat a velocity until the travel is `target` [m], or a hold's time has passed."""
-        begin = stamp = self._recorder.stamp
-        give_up = begin + round(2e9 * segment.duration) + _GRACE
-        next_command = stamped_at = time.monotonic()
-        while not self._finished(segment, target, begin):
-            now = time.monotonic()
-            if self._recorder.stamp != stamp:
-                stamp, stamped_at = self._recorder.stamp, now
-            if stamp > give_up or now > stamped_at + _ANSWER_TIMEOUT:
-                travel, _ = self._recorder.slide
-                raise self._process.error(
-                    f"stopped at {travel * 1e3:.3g} mm on the way to {target * 1e3:.3g} mm"
-                )
-            if now >= next_command:
-                self._command.publish(Float64(data=segment.velocity))
-                next_command = now + COMMAND_PERIOD
-            self._spin()
-            progress()
-
-    def _finished(self, segment: Segment, target: float, begin: int) -> bool:
-        if segment.velocity == 0.0:
-            return self._recorder.stamp >= begin + round(1e9 * segment.duration)
-        left = target - self._recorder.slide[0]
-        return (left if segment.velocity > 0.0 else -left) <= _ARRIVED
-
-    def _call(self, service: str) -> None:
-        client = self._node.create_client(Trigger, service)
-        self._wait(client.service_is_ready, _ANSWER_TIMEOUT, f"service {service}")
-        future = client.call_async(Trigger.Request())
-        self._wait(future.done, _ANSWER_TIMEOUT, f"answer from {service}")
-        answer = future.result()
-        self._node.destroy_client(client)
-        if not answer.success:
-            raise self._process.error(f"refused {service}: {answer.message}")
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Add the last line that the node printed to what the gripper did not do."""
+        try:
+            yield
+        except GripperError as error:
+            raise self._process.error(f"did not do as told: {error}") from None
 
     def _wait(self, condition: Callable[[], bool], timeout: float, awaited: str) -> None:
         deadline = time.monotonic() + timeout
         while not condition():
             if time.monotonic() > deadline:
                 raise self._process.error(f"gave no {awaited} in {timeout:g} s")
-            self._spin()
+            self._check()
+            time.sleep(_POLL)
 
-    def _spin(self) -> None:
-        """Take the messages that have arrived, and give services a short while."""
+    def _check(self) -> None:
+        """Take the messages that have arrived; raise `NodeError` if no more can come."""
         self._process.check()
         self._recorder.take()
-        self._executor.spin_once(timeout_sec=_POLL)
+        self._progress()

@@ -12,6 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
+from trajectory_msgs.msg import JointTrajectory
 
 from hma_gripper_sim.logs.signals import SLIDE
 from hma_gripper_sim.logs.topics import (
@@ -34,6 +35,7 @@ _MESSAGES = {
     "sensor_msgs/msg/JointState": JointState,
     "std_msgs/msg/Float64": Float64,
     "std_msgs/msg/String": String,
+    "trajectory_msgs/msg/JointTrajectory": JointTrajectory,
 }
 
 
