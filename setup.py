@@ -86,6 +86,7 @@ setup(
     zip_safe=False,
     install_requires=[
         "click>=8.1",
+        "lz4>=4.0",
         "matplotlib>=3.6",
         "mcap>=1.2.1",
         "mcap-ros2-support>=0.5",
@@ -96,6 +97,7 @@ setup(
         "rich>=13.0",
         "rosbags>=0.11",
         "scipy>=1.11",
+        "zstandard>=0.22",
     ],
     extras_require={
         "bench": ["exudyn>=1.13", "mujoco>=4.0"],

@@ -1,20 +1,22 @@
-"""Reading logs back, one message at a time."""
+"""Reading logs back: signals, poses, and single messages."""
 
 from __future__ import annotations
 
-from array import array
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.assembly import Part, assemble, missing_topic
+from hma_gripper_sim.logs.gathering import Gatherer
+from hma_gripper_sim.logs.messages import Connection, Ints, shown
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
-from hma_gripper_sim.logs.signals import NODE_SIGNALS, Signal
+from hma_gripper_sim.logs.signal_map import Signal, SignalMap
+from hma_gripper_sim.logs.storage import Log
+from hma_gripper_sim.logs.timing import refuse_other_clocks
 from hma_gripper_sim.logs.topics import JOINT_STATES
 
 
@@ -29,72 +31,68 @@ class Message(NamedTuple):
 def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message]:
     """Yield the messages of `topics` in the order they were logged.
 
-    Reads whatever `rosbags` does: rosbag2 directories and bare mcap files among others.
-
     Raises
     ------
     InputError
         The log cannot be read, or lacks one of the topics.
     """
-    source = str(path)
-    try:
-        typestore = get_typestore(Stores.ROS2_JAZZY)
-        with AnyReader([Path(path)], default_typestore=typestore) as reader:
-            connections = [c for c in reader.connections if c.topic in topics]
-            for topic in topics:
-                if topic not in reader.topics:
-                    raise InputError("no such topic in this log", field=topic, source=source)
-            for connection, logged, data in reader.messages(connections):
-                content = reader.deserialize(data, connection.msgtype)
-                yield Message(connection.topic, _stamp(content, logged), content)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", source=source) from None
-    except Exception as error:  # a damaged file makes the parsers raise almost anything
-        reason = str(error) or type(error).__name__
-        raise InputError(f"cannot be read as a log: {reason}", source=source) from None
+    log = Log(path)
+    for batch in log.batches(topics):
+        for connection, logged, data in batch:
+            try:
+                serialised = connection.serialised(data)
+                content = connection.typestore.deserialize_cdr(serialised, connection.msgtype)
+            except InputError as error:
+                raise error.within(source=log.source) from None
+            except Exception as error:  # a damaged message makes its parser raise almost anything
+                reason = f"a message logged at {shown(logged)} cannot be read ({error})"
+                raise InputError(reason, field=connection.topic, source=log.source) from None
+            yield Message(connection.topic, _stamp(content, logged), content)
+    for topic in topics:
+        if topic not in log.findings.topics:
+            raise InputError(missing_topic(log.findings), field=topic, source=log.source)
 
 
-def read_recording(path: str | Path, signals: Mapping[str, Signal] = NODE_SIGNALS) -> Recording:
+def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Recording:
     """Read signals from a log; time 0 is the earliest stamp among them.
+
+    Parameters
+    ----------
+    path
+        An mcap, db3 or ROS 1 bag file, or a rosbag2 directory.
+    signal_map
+        Where in the log the signals are; None: where this project's own node publishes them.
+
+    Returns
+    -------
+    Recording
+        Its `notes` say everything that was skipped or recovered.
 
     Raises
     ------
     InputError
-        As `read_messages`; or a value that is missing or not finite; or time that runs backwards.
+        The log cannot be read; or a signal that is not optional is missing, is nowhere finite, or
+        is published more than once; or its stamps run back, or jump, by more than a recorder does.
     """
-    source = str(path)
-    by_topic: dict[str, list[str]] = defaultdict(list)
-    for name, signal in signals.items():
-        by_topic[signal.topic].append(name)
-    stamps = {topic: array("q") for topic in by_topic}
-    values = {name: array("d") for name in signals}
-    for topic, stamp, content in read_messages(path, by_topic):
-        if stamps[topic] and stamp < stamps[topic][-1]:
-            raise InputError(
-                f"time runs backwards at {_seconds(stamp)}", field=topic, source=source
-            )
-        stamps[topic].append(stamp)
-        for name in by_topic[topic]:
-            try:
-                value = signals[name].read(content)
-            except InputError as error:
-                raise error.within(source=source) from None
-            if not np.isfinite(value):
-                reason = f"{name} is {value} at {_seconds(stamp)}"
-                raise InputError(reason, field=topic, source=source)
-            values[name].append(value)
-    for topic, recorded in stamps.items():
-        if not recorded:
-            raise InputError("no messages on this topic", field=topic, source=source)
-    start = min(recorded[0] for recorded in stamps.values())
-    times: dict[str, FloatArray] = {
-        topic: (np.array(recorded, dtype=np.int64) - start).astype(np.float64) * 1e-9
-        for topic, recorded in stamps.items()
-    }
-    series = {n: Series(times[signals[n].topic], np.array(values[n])) for n in signals}
-    return Recording(source, series, start)
+    entries = (signal_map or SignalMap.sim_node()).signals
+    log = Log(path)
+    try:
+        parts = _gather(log, entries)
+        taken: dict[str, tuple[Ints, FloatArray]] = {}
+        for signal in entries:
+            samples = assemble(signal, parts[signal.name], log.findings)
+            if samples is not None:
+                taken[signal.name] = samples
+        refuse_other_clocks({name: int(stamps[0]) for name, (stamps, _) in taken.items()})
+    except InputError as error:
+        reason = "; ".join((error.reason, *log.findings.losses))
+        raise InputError(reason, field=error.field, source=error.source or log.source) from None
+    start = min((int(stamps[0]) for stamps, _ in taken.values()), default=0)
+    signals: dict[str, Series] = {}
+    for name in [*taken]:
+        stamps, value = taken.pop(name)
+        signals[name] = Series((stamps - start).astype(np.float64) * 1e-9, value)
+    return Recording(log.source, signals, start, (*log.findings.losses, *log.findings.notes))
 
 
 def read_poses(
@@ -123,13 +121,41 @@ def read_poses(
         try:
             pose = np.array([position[name] for name in joint_names])
         except KeyError as error:
-            reason = f"joint {error} is missing at {_seconds(stamp)}"
+            reason = f"joint {error} is missing at stamp {shown(stamp)}"
             raise InputError(reason, field=JOINT_STATES.name, source=str(path)) from None
         poses.append(pose)
     if len(poses) < len(wanted):
-        reason = f"ends before {_seconds(wanted[len(poses)])}"
+        reason = f"ends before stamp {shown(wanted[len(poses)])}"
         raise InputError(reason, field=JOINT_STATES.name, source=str(path))
     return poses
+
+
+def _gather(log: Log, entries: Sequence[Signal]) -> dict[str, list[Part]]:
+    """Read the log; return by name of signal what each connection on its topic says of it."""
+    by_topic: dict[str, list[Signal]] = defaultdict(list)
+    for signal in entries:
+        by_topic[signal.topic].append(signal)
+    gatherers: dict[Connection, Gatherer | InputError] = {}
+    for batch in log.batches(by_topic):
+        for connection, messages in batch.split():
+            if connection not in gatherers:
+                gatherers[connection] = _gatherer(connection, by_topic[connection.topic])
+            gatherer = gatherers[connection]
+            if isinstance(gatherer, Gatherer):
+                gatherer.add(messages)
+    parts: dict[str, list[Part]] = {signal.name: [] for signal in entries}
+    for connection, gatherer in gatherers.items():
+        for k, signal in enumerate(by_topic[connection.topic]):
+            said = gatherer.samples[k] if isinstance(gatherer, Gatherer) else gatherer
+            parts[signal.name].append((connection, said))
+    return parts
+
+
+def _gatherer(connection: Connection, signals: Sequence[Signal]) -> Gatherer | InputError:
+    try:
+        return Gatherer(connection, signals)
+    except InputError as error:
+        return error
 
 
 def _stamp(content: Any, logged: int) -> int:
@@ -137,7 +163,3 @@ def _stamp(content: Any, logged: int) -> int:
     if header is None:
         return logged
     return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
-
-
-def _seconds(stamp: int) -> str:
-    return f"stamp {stamp * 1e-9:.6f} s"

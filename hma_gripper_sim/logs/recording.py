@@ -50,11 +50,14 @@ class Recording:
         By name, such as ``travel`` or ``phi_left``.
     start
         Stamp of this recording's time 0 [ns].
+    notes
+        Everything in the log that was skipped or recovered, one line each.
     """
 
     source: str
     signals: Mapping[str, Series]
     start: int
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, signal: str) -> Series:
         """Return a signal by name."""

@@ -1,0 +1,162 @@
+"""Where in the bytes of a message its numbers lie.
+
+ROS 2 messages are serialised as XCDR1 (OMG formal/02-06-51): numbers lie at multiples of their
+size, texts and sequences begin with their length. So messages of one type in which all of those
+lengths are equal have every number at the same place.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from functools import reduce
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from rosbags.interfaces import Nodetype
+
+ENCAPSULATION = 4
+"""Bytes in front of a message that say how it is serialised; alignment counts from behind them."""
+
+_BIG_ENDIAN, _LITTLE_ENDIAN = b"\x00\x00", b"\x00\x01"
+
+_KINDS = {
+    "bool": "u1",
+    "byte": "u1",
+    "char": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
+"""numpy's names of ROS' numbers."""
+
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
+
+class Numbers(NamedTuple):
+    """Place of a number, or of an array of them.
+
+    `offset` [bytes] is from the beginning of the message; `kind` is numpy's; `length` is None for a
+    single number.
+    """
+
+    offset: int
+    kind: str
+    length: int | None
+
+
+class Layout:
+    """What lies where in one message, and in all others that agree in its `fixed` bytes.
+
+    Parameters
+    ----------
+    data
+        The message, serialised.
+    msgtype
+        Its type.
+    typestore
+        Of `rosbags`; knows the type.
+
+    Attributes
+    ----------
+    numbers
+        By dotted path, such as ``transforms[0].transform.translation.z``; an array is one entry.
+    texts
+        By dotted path; arrays of texts as lists.
+    fixed
+        First byte, and the one behind the last, of what makes the layout: lengths and texts,
+        shape (n, 2).
+
+    Raises
+    ------
+    ValueError
+        The bytes are not such a message.
+    """
+
+    def __init__(self, data: bytes, msgtype: str, typestore: Any) -> None:
+        if data[:2] not in (_BIG_ENDIAN, _LITTLE_ENDIAN):
+            raise ValueError(f"serialised in an unknown way ({data[:2].hex(' ') or 'no bytes'})")
+        self.msgtype = msgtype
+        self.numbers: dict[str, Numbers] = {}
+        self.texts: dict[str, str | list[str]] = {}
+        self._data = data
+        self._order = "<" if data[:2] == _LITTLE_ENDIAN else ">"
+        self._typestore = typestore
+        self._position = ENCAPSULATION
+        self._fixed = [[0, ENCAPSULATION]]
+        self._struct(msgtype, "")
+        self.fixed: npt.NDArray[np.int64] = np.array(self._fixed, dtype=np.int64)
+
+    def _struct(self, msgtype: str, path: str) -> None:
+        for name, (node, description) in self._typestore.get_msgdef(msgtype).fields:
+            inner = f"{path}.{name}" if path else name
+            if node in (Nodetype.BASE, Nodetype.NAME):
+                self._single(node, description, inner)
+                continue
+            (element, subtype), count = description
+            if node == Nodetype.SEQUENCE:
+                count = self._length()
+            self._array(element, subtype, count, inner)
+
+    def _single(self, node: int, description: Any, path: str) -> None:
+        if node == Nodetype.NAME:
+            self._struct(description, path)
+        elif description[0] == "string":
+            self.texts[path] = self._text()
+        else:
+            self._number(_KINDS[description[0]], None, path)
+
+    def _array(self, node: int, description: Any, count: int, path: str) -> None:
+        if node == Nodetype.NAME:
+            for index in range(count):
+                self._struct(description, f"{path}[{index}]")
+        elif description[0] == "string":
+            self.texts[path] = [self._text() for _ in range(count)]
+        else:
+            self._number(_KINDS[description[0]], count, path)
+
+    def _number(self, kind: str, count: int | None, path: str) -> None:
+        size = int(kind[1])
+        if count != 0:  # an empty array is not aligned
+            self._align(size)
+        self.numbers[path] = Numbers(self._position, self._order + kind, count)
+        self._skip(size * (1 if count is None else count))
+
+    def _text(self) -> str:
+        size = self._length()
+        start = self._position
+        self._skip(size)
+        self._fixed[-1][1] = self._position  # the length lies right in front
+        return self._data[start : self._position].rstrip(b"\x00").decode()
+
+    def _length(self) -> int:
+        self._align(4)
+        start = self._position
+        self._skip(4)
+        self._fixed.append([start, self._position])
+        (length,) = struct.unpack_from(f"{self._order}I", self._data, start)
+        if length > len(self._data):
+            raise ValueError(f"{length} elements at byte {start}")
+        return int(length)
+
+    def _align(self, size: int) -> None:
+        self._position += -(self._position - ENCAPSULATION) % size
+
+    def _skip(self, size: int) -> None:
+        self._position += size
+        if self._position > len(self._data):
+            raise ValueError(f"ends after {len(self._data)} bytes")
+
+
+def follow(message: Any, path: str) -> Any:
+    """Return what lies at a dotted path of a message that `rosbags` has deserialised."""
+    steps = [(name, index) for name, index in _STEP.findall(path)]
+    return reduce(lambda at, s: getattr(at, s[0]) if s[0] else at[int(s[1])], steps, message)

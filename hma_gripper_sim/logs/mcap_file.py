@@ -1,0 +1,340 @@
+"""Reading mcap files from front to back, whole or not (https://mcap.dev/spec).
+
+Nothing is looked up in the summary at the end, because a recording that was not finished has none.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from io import BytesIO
+from typing import Any, BinaryIO, TypeVar
+
+import lz4.frame
+import numpy as np
+import yaml
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema
+from mcap.stream_reader import get_chunk_data_stream
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.records import PREFIX, copy_bytes, scan_records
+from hma_gripper_sim.logs.messages import Batch, Bytes, Connection, Findings, Ints, shown
+
+MAGIC = b"\x89MCAP0\r\n"
+
+_PIECE = 4 * 2**20
+"""How much of a file is read at a time [bytes], if no record in it is longer."""
+
+_LARGEST = 2**30
+"""A record beyond this length [bytes] is damaged, or nothing that was meant to be streamed."""
+
+_ROOM = 2**16
+"""Records that are found at a time."""
+
+_MESSAGE_PREFIX = 22
+"""Bytes in front of a message's own: channel, sequence number, two times."""
+
+_PROFILE = "ros2"
+
+_OPCODES, _FIRST_PRIVATE = frozenset(map(int, Opcode)), 0x80
+"""Kinds of records that mcap knows, and the first one that everybody may use."""
+
+_Record = TypeVar("_Record")
+
+
+class _Records:
+    """Complete records that lie in `data`: what each is, and where its content is."""
+
+    def __init__(self, data: Bytes, opcodes: Bytes, starts: Ints, sizes: Ints) -> None:
+        self.data = data
+        self.opcodes = opcodes
+        self.starts = starts
+        self.sizes = sizes
+
+    def content(self, index: int) -> ReadDataStream:
+        start = int(self.starts[index])
+        return ReadDataStream(BytesIO(self.data[start : start + int(self.sizes[index])].tobytes()))
+
+
+class McapFile:
+    """One mcap file.
+
+    Parameters
+    ----------
+    name
+        Of the file.
+    stream
+        Its bytes, from the first on; need not be seekable.
+    findings
+        Takes what is found out.
+    topics
+        Those whose messages are wanted.
+    """
+
+    def __init__(
+        self, name: str, stream: BinaryIO, findings: Findings, topics: Collection[str]
+    ) -> None:
+        self._name = name
+        self._stream = stream
+        self._findings = findings
+        self._topics = topics
+        self._schemas: dict[int, Schema] = {}
+        self._connections: dict[int, Connection] = {}
+        self._known = np.zeros(2**16, dtype=np.bool_)
+        self._wanted = np.zeros(2**16, dtype=np.bool_)
+        self._crc = 0
+        self._messages = 0
+        self._undeclared = 0
+        self._last_logged: int | None = None
+        self._has_ended = False
+
+    def batches(self) -> Iterator[Batch]:
+        """Yield the wanted messages.
+
+        Raises
+        ------
+        InputError
+            A checksum does not match, or the file is no mcap file or damaged.
+        """
+        magic = self._stream.read(len(MAGIC))
+        if magic != MAGIC[: len(magic)]:
+            raise InputError(f"not an mcap file: begins with {magic.hex(' ')}")
+        self._crc = zlib.crc32(magic)
+        data, base, missing = b"", len(magic), 0
+        while missing <= _LARGEST and (piece := self._stream.read(max(_PIECE, missing))):
+            data += piece
+            position = 0
+            for records, end in _scan(np.frombuffer(data, dtype=np.uint8)):
+                yield from self._file_records(records, position, end, base)
+                position = end
+            data, base = data[position:], base + position
+            missing = PREFIX + _size(data) - len(data)
+        if not self._has_ended or data != MAGIC:
+            yield from self._rest(data, base)
+        if self._undeclared:
+            self._findings.note(f"{self._undeclared} messages of undeclared channels skipped")
+
+    def _file_records(self, records: _Records, begin: int, end: int, base: int) -> Iterator[Batch]:
+        """Treat records that lie between two positions of the piece of the file from `base` on."""
+        hashed, done = begin, 0
+        for index in np.flatnonzero(records.opcodes != Opcode.MESSAGE).tolist():
+            if index > done:
+                yield self._batch(records, slice(done, index))
+            done = index + 1
+            opcode = int(records.opcodes[index])
+            content = int(records.starts[index])
+            where = f"byte {base + content - PREFIX}"
+            if opcode == Opcode.CHUNK:
+                chunk = _read(Chunk.read, records.content(index), f"chunk at {where}")
+                yield from self._chunk(chunk, where)
+            elif opcode == Opcode.DATA_END:
+                self._hash(records.data[hashed : content - PREFIX])
+                end_record = _read(DataEnd.read, records.content(index), f"end of data at {where}")
+                self._compare(end_record.data_section_crc, "data section", where)
+                self._crc, hashed = 0, content + int(records.sizes[index])
+            elif opcode == Opcode.FOOTER:
+                self._hash(records.data[hashed : content + 16])
+                footer = _read(Footer.read, records.content(index), f"footer at {where}")
+                if footer.summary_start:
+                    self._compare(footer.summary_crc, "summary", where)
+                self._has_ended = True
+                return
+            else:
+                self._declare(records, index, where)
+        self._hash(records.data[hashed:end])
+        if done < records.opcodes.size:
+            yield self._batch(records, slice(done, None))
+
+    def _declare(self, records: _Records, index: int, where: str) -> None:
+        """Take up a header, schema or channel; skip what else there is."""
+        opcode, content = int(records.opcodes[index]), records.content(index)
+        if opcode not in _OPCODES and opcode < _FIRST_PRIVATE:
+            raise InputError(f"record of unknown kind {opcode} at {where}: damaged")
+        if opcode == Opcode.HEADER:
+            header = _read(Header.read, content, f"header at {where}")
+            if header.profile not in ("", _PROFILE):
+                self._findings.note(f"its mcap profile is {header.profile!r}, not {_PROFILE!r}")
+        elif opcode == Opcode.SCHEMA:
+            schema = _read(Schema.read, content, f"schema at {where}")
+            self._schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = _read(Channel.read, content, f"channel at {where}")
+            if channel.id not in self._connections:
+                connection = self._connection(channel)
+                self._connections[channel.id] = connection
+                self._known[channel.id] = True
+                self._wanted[channel.id] = connection.topic in self._topics
+                self._findings.add(connection)
+
+    def _connection(self, channel: Channel) -> Connection:
+        schema = self._schemas.get(channel.schema_id)
+        qos = channel.metadata.get("offered_qos_profiles", "")
+        return Connection(
+            file=self._name,
+            topic=channel.topic,
+            msgtype=schema.name if schema else "",
+            publisher=str(channel.id),
+            publishers=count_profiles(qos),
+            encoding=channel.message_encoding,
+            definition=schema.data.decode(errors="replace") if schema else "",
+            is_idl=schema is not None and schema.encoding == "ros2idl",
+        )
+
+    def _chunk(self, chunk: Chunk, where: str) -> Iterator[Batch]:
+        """Decompress a chunk, check it, and treat its records."""
+        name = f"chunk at {where}, {_span(chunk)}"
+        if chunk.compression not in ("", "lz4", "zstd"):
+            raise InputError(f"{name}: unknown compression {chunk.compression!r}")
+        if chunk.uncompressed_size > _LARGEST:
+            raise InputError(f"{name}: claims to have {chunk.uncompressed_size} bytes")
+        try:
+            content, size = get_chunk_data_stream(chunk, validate_crc=True)
+        except Exception as error:  # each library that decompresses raises its own
+            raise InputError(f"{name}: {_one_line(error)}") from None
+        data = np.frombuffer(content.read(size), dtype=np.uint8)
+        position = 0
+        for records, end in _scan(data):
+            yield from self._chunk_records(records, where)
+            position = end
+        if size != chunk.uncompressed_size or position != size:
+            raise InputError(
+                f"{name}: has {size} bytes, of which {position} are records, "
+                f"and claims to have {chunk.uncompressed_size}"
+            )
+
+    def _chunk_records(self, records: _Records, where: str) -> Iterator[Batch]:
+        for index in np.flatnonzero(records.opcodes != Opcode.MESSAGE).tolist():
+            self._declare(records, index, f"chunk at {where}")
+        yield self._batch(records, slice(None))
+
+    def _batch(self, records: _Records, part: slice) -> Batch:
+        """Return the wanted messages among some records."""
+        found = np.flatnonzero(records.opcodes[part] == Opcode.MESSAGE) + (part.start or 0)
+        starts, sizes = records.starts[found], records.sizes[found]
+        if (sizes < _MESSAGE_PREFIX).any():
+            raise InputError("a message record is too short to be one: the file is damaged")
+        channel = _column(records.data, starts, 0, "<u2")
+        self._messages += found.size
+        self._undeclared += int(np.count_nonzero(~self._known[channel]))
+        wanted = np.flatnonzero(self._wanted[channel])
+        starts, sizes, channel = starts[wanted], sizes[wanted], channel[wanted]
+        logged = _column(records.data, starts, 6, "<u8").astype(np.int64)
+        if logged.size:
+            self._last_logged = int(logged[-1])
+        senders, which = np.unique(channel, return_inverse=True)
+        return Batch(
+            records.data,
+            tuple(self._connections[sender] for sender in senders.tolist()),
+            which.astype(np.int64),
+            logged,
+            starts + _MESSAGE_PREFIX,
+            sizes - _MESSAGE_PREFIX,
+        )
+
+    def _rest(self, data: bytes, base: int) -> Iterator[Batch]:
+        """Recover what can be read of a file that breaks off, and note what is lost."""
+        last = self._last_logged
+        end = base + len(data)
+        until = f"; last message that was asked for: logged {shown(last)}" if last else ""
+        if self._has_ended or len(data) < PREFIX:
+            self._findings.losses.append(
+                f"{self._name} is not finished: breaks off at byte {end}{until}"
+            )
+            return
+        size = PREFIX + _size(data)
+        if data.endswith(MAGIC) or size > _LARGEST:
+            raise InputError(f"the record at byte {base} claims to have {size} bytes: damaged")
+        before, lost = self._messages, ""
+        chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
+        if chunk is not None:
+            content = np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)
+            for records, _ in _scan(content):
+                yield from self._chunk_records(records, f"byte {base}")
+            lost = (
+                f", a chunk {_span(chunk)}; {self._messages - before} messages of it were "
+                "recovered, which no checksum covers"
+            )
+        self._findings.losses.append(
+            f"{self._name} is not finished: breaks off at byte {end}, lost are "
+            f"{size - len(data)} of {size} bytes of the last record{lost}{until}"
+        )
+
+    def _hash(self, data: Bytes) -> None:
+        self._crc = zlib.crc32(data.data, self._crc)
+
+    def _compare(self, stated: int, what: str, where: str) -> None:
+        if stated not in (0, self._crc):  # 0: not stated
+            raise InputError(f"the checksum of the {what} at {where} does not match: damaged")
+
+
+def count_profiles(qos: str) -> int:
+    """Return how many publishers' quality of service rosbag2 noted for a topic; at least 1."""
+    try:
+        profiles: Any = yaml.safe_load(qos)
+    except yaml.YAMLError:
+        return 1
+    return max(1, len(profiles)) if isinstance(profiles, list) else 1
+
+
+def _scan(data: Bytes) -> Iterator[tuple[_Records, int]]:
+    """Yield the complete records in `data`, many at a time, and where they end."""
+    opcodes = np.empty(_ROOM, dtype=np.uint8)
+    starts, sizes = np.empty(_ROOM, dtype=np.int64), np.empty(_ROOM, dtype=np.int64)
+    end = 0
+    while True:
+        count, end = scan_records(data, end, opcodes, starts, sizes)
+        if not count:
+            return
+        yield _Records(data, opcodes[:count], starts[:count], sizes[:count]), end
+
+
+def _size(data: bytes) -> int:
+    """Return how many bytes follow the prefix of the record that `data` begins with."""
+    return int.from_bytes(data[1:PREFIX], "little")
+
+
+def _column(data: Bytes, starts: Ints, offset: int, kind: str) -> Any:
+    """Return the number at `offset` of each record, shape (n,)."""
+    width = int(kind[-1])
+    out = np.empty((starts.size, width), dtype=np.uint8)
+    copy_bytes(data, starts, np.array([offset]), width, out)
+    return out.view(kind)[:, 0]
+
+
+def _read(read: Callable[[Any], _Record], content: ReadDataStream, what: str) -> _Record:
+    try:
+        return read(content)
+    except Exception as error:  # a damaged record makes its parser raise almost anything
+        raise InputError(f"{what} cannot be read: {_one_line(error)}") from None
+
+
+def _partial_chunk(data: bytes) -> Chunk | None:
+    """Return a chunk that breaks off; None if not even its own header is complete."""
+    try:
+        chunk: Chunk = Chunk.read(ReadDataStream(BytesIO(data[PREFIX:])))
+    except Exception:
+        return None
+    return chunk
+
+
+def _decompress_begin(chunk: Chunk) -> bytes:
+    """Return the first bytes of a chunk that breaks off."""
+    try:
+        if chunk.compression == "zstd":
+            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
+        if chunk.compression == "lz4":
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data))
+    except Exception:  # damaged as well
+        return b""
+    return chunk.data if not chunk.compression else b""
+
+
+def _span(chunk: Chunk) -> str:
+    return f"logged {shown(chunk.message_start_time)} to {shown(chunk.message_end_time)}"
+
+
+def _one_line(error: Exception) -> str:
+    return str(error).partition("\n")[0] or type(error).__name__
