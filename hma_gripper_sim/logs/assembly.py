@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import Counter
 from collections.abc import Collection, Sequence
 
@@ -55,7 +56,7 @@ def assemble(
 
 def _chosen(signal: Signal, parts: Sequence[Part], findings: Findings) -> list[Samples] | None:
     """Return the samples of the publisher that is meant; None if a log has none, and may."""
-    said = [(c, s) for c, s in parts if isinstance(s, Samples) and s.count]
+    said = [(c, s) for c, s in parts if isinstance(s, Samples) and s.values]
     if signal.publisher not in (None, ANY_PUBLISHER):
         said = [(c, s) for c, s in said if c.publisher == signal.publisher]
     if not said:
@@ -92,7 +93,7 @@ def _absence(signal: Signal, parts: Sequence[Part], findings: Findings) -> str:
     for _, said in parts:
         if isinstance(said, InputError):
             return said.reason
-    publishers = {c.publisher for c, s in parts if isinstance(s, Samples) and s.count}
+    publishers = {c.publisher for c, s in parts if isinstance(s, Samples) and s.values}
     if publishers:
         return f"no publisher {signal.publisher!r} (there are: {_list(publishers)})"
     others: set[str] = set().union(*(s.others for _, s in parts if isinstance(s, Samples)))
@@ -112,12 +113,11 @@ def _list(names: Collection[str]) -> str:
 
 
 def _joined(signal: Signal, chosen: Sequence[Samples]) -> tuple[Ints, FloatArray]:
-    """Put the pieces of a signal together, and drop them."""
-    stamps = np.concatenate([piece for samples in chosen for piece in samples.stamps])
-    value = np.concatenate([piece for samples in chosen for piece in samples.values])
-    for samples in chosen:
-        samples.stamps.clear()
-        samples.values.clear()
+    """Put the samples of a signal together."""
+    stamps = np.concatenate([np.frombuffer(samples.stamps, np.int64) for samples in chosen])
+    value = np.concatenate([np.frombuffer(samples.values, np.float64) for samples in chosen])
+    for samples in chosen:  # they may be much of the memory
+        samples.stamps, samples.values = array("q"), array("d")
     several = len(chosen) > 1 and signal.publisher == ANY_PUBLISHER
     if (several or signal.clock == "log") and (np.diff(stamps) < 0).any():
         order = np.argsort(stamps, kind="stable")

@@ -6,6 +6,7 @@ it. Then they are copied from all messages that agree with it in whatever says w
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -29,24 +30,19 @@ class Samples:
     Attributes
     ----------
     stamps
-        [ns], pieces of shape (k,).
+        [ns], shape (n,).
     values
-        As in the log, pieces of shape (k,).
+        As in the log, shape (n,).
     passed_over
         Messages about other joints or frames.
     others
         Some of those.
     """
 
-    stamps: list[Ints] = field(default_factory=list)
-    values: list[FloatArray] = field(default_factory=list)
+    stamps: array[int] = field(default_factory=lambda: array("q"))  # grows in place
+    values: array[float] = field(default_factory=lambda: array("d"))
     passed_over: int = 0
     others: set[str] = field(default_factory=set)
-
-    @property
-    def count(self) -> int:
-        """Number of samples."""
-        return sum(piece.size for piece in self.values)
 
 
 @dataclass(frozen=True)
@@ -119,8 +115,8 @@ class Gatherer:
                     stamps[k][chosen] = _stamps(batch.data, starts, stamp, plan.order)
         for k, sample in enumerate(self.samples):
             if found[k].any():
-                sample.stamps.append(stamps[k][found[k]])
-                sample.values.append(values[k][found[k]])
+                sample.stamps.frombytes(stamps[k][found[k]].tobytes())
+                sample.values.frombytes(values[k][found[k]].tobytes())
 
     def _sorted(self, batch: Batch) -> Iterator[tuple[_Plan, Ints]]:
         """Yield plans and which messages each is for, until every message has had its turn."""

@@ -115,7 +115,9 @@ class McapFile:
         if not self._has_ended or data != MAGIC:
             yield from self._rest(data, base)
         if self._undeclared:
-            self._findings.note(f"{self._undeclared} messages of undeclared channels skipped")
+            self._findings.losses.append(
+                f"{self._name}: {self._undeclared} messages of undeclared channels skipped"
+            )
 
     def _file_records(self, records: _Records, begin: int, end: int, base: int) -> Iterator[Batch]:
         """Treat records that lie between two positions of the piece of the file from `base` on."""

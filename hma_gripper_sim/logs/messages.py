@@ -24,6 +24,8 @@ Ints = npt.NDArray[np.int64]
 CDR, ROS1 = "cdr", "ros1"
 """How messages are serialised, in mcap's words."""
 
+_HEADER = "std_msgs/msg/Header"
+
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
 
@@ -82,7 +84,12 @@ class Connection:
                 for text in self._idl_texts():
                     store.register(get_types_from_idl(text))
             else:
-                store.register(get_types_from_msg(self.definition, self.msgtype))
+                types = get_types_from_msg(self.definition, self.msgtype)
+                if self.encoding == ROS1 and _HEADER in types:
+                    constants, fields = types[_HEADER]
+                    # rosbags drops the counter on the way to ROS 2, which has none
+                    types[_HEADER] = constants, [f for f in fields if f[0] != "seq"]
+                store.register(types)
             store.get_msgdef(self.msgtype)
         except Exception:  # the parsers raise many types
             raise self._unknown("its definition cannot be read") from None

@@ -91,7 +91,10 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
     signals: dict[str, Series] = {}
     for name in [*taken]:
         stamps, value = taken.pop(name)
-        signals[name] = Series((stamps - start).astype(np.float64) * 1e-9, value)
+        time = (stamps - start).astype(np.float64) * 1e-9
+        # Signals with the same stamps share them: an hour's are many.
+        time = next((s.time for s in signals.values() if np.array_equal(s.time, time)), time)
+        signals[name] = Series(time, value)
     return Recording(log.source, signals, start, (*log.findings.losses, *log.findings.notes))
 
 

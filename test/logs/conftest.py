@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import mcap.writer
+import mcap_ros2.writer
 import numpy as np
 import pytest
+import rosbags.rosbag1
+import yaml
+from mcap.writer import CompressionType
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.logs.topics import (
@@ -90,3 +98,149 @@ def write_log(tmp_path: Path) -> Callable[[Sequence[Entry]], Path]:
 def five_ticks(entries: list[Entry], write_log: Callable[[Sequence[Entry]], Path]) -> Path:
     """A log of five ticks."""
     return write_log(entries)
+
+
+# What others write.
+
+
+def serialised(message: Any) -> bytes:
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__))
+
+
+def by_rosbags(
+    folder: Path,
+    entries: Sequence[Entry],
+    plugin: StoragePlugin = StoragePlugin.MCAP,
+    compression: CompressionMode = CompressionMode.NONE,
+) -> Path:
+    """A rosbag2 directory."""
+    path = folder / "bag"
+    writer = Writer(path, version=9, storage_plugin=plugin)
+    writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
+        connections = {
+            topic: writer.add_connection(topic.name, topic.msgtype, typestore=STORE)
+            for topic in dict.fromkeys(topic for topic, _, _ in entries)
+        }
+        for topic, stamp, message in entries:
+            writer.write(connections[topic], stamp, serialised(message))
+    return path
+
+
+def by_rosbags_as_ros1(
+    folder: Path,
+    entries: Sequence[Entry],
+    compression: rosbags.rosbag1.Writer.CompressionFormat | None = None,
+) -> Path:
+    """A ROS 1 bag file."""
+    path = folder / "bag.bag"
+    store = get_typestore(Stores.ROS1_NOETIC)
+    writer = rosbags.rosbag1.Writer(path)
+    if compression:
+        writer.set_compression(compression)
+    with writer:
+        connections = {
+            topic: writer.add_connection(topic.name, topic.msgtype, typestore=store)
+            for topic in dict.fromkeys(topic for topic, _, _ in entries)
+        }
+        for topic, stamp, message in entries:
+            data = STORE.cdr_to_ros1(serialised(message), topic.msgtype)
+            writer.write(connections[topic], stamp, data)
+    return path
+
+
+def by_mcap(folder: Path, entries: Sequence[Entry], **options: Any) -> Path:
+    """A file written by the mcap library itself."""
+    path = folder / "plain.mcap"
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file, **options)
+        writer.start(profile="ros2")
+        channels = {}
+        for topic in dict.fromkeys(topic for topic, _, _ in entries):
+            definition, _ = STORE.generate_msgdef(topic.msgtype, ros_version=2)
+            schema = writer.register_schema(topic.msgtype, "ros2msg", definition.encode())
+            channels[topic] = writer.register_channel(topic.name, "cdr", schema)
+        for topic, stamp, message in entries:
+            writer.add_message(channels[topic], stamp, serialised(message), stamp)
+        writer.finish()
+    return path
+
+
+def plain(message: Any) -> Any:
+    """The message as mappings and lists."""
+    if isinstance(message, np.ndarray):
+        return message.tolist()
+    if not hasattr(message, "__msgtype__"):
+        return message
+    fields = [name for name in vars(message) if not name.startswith("_")]
+    return {name: plain(getattr(message, name)) for name in fields}
+
+
+def by_mcap_ros2(folder: Path, entries: Sequence[Entry]) -> Path:
+    """A file written by mcap_ros2, which serialises the messages itself."""
+    path = folder / "ros2.mcap"
+    with path.open("wb") as file:
+        writer = mcap_ros2.writer.Writer(file)
+        schemas = {}
+        for topic, stamp, message in entries:
+            if topic not in schemas:
+                definition, _ = STORE.generate_msgdef(topic.msgtype, ros_version=2)
+                schemas[topic] = writer.register_msgdef(topic.msgtype, definition)
+            writer.write_message(topic.name, schemas[topic], plain(message), stamp)
+        writer.finish()
+    return path
+
+
+def split(folder: Path, entries: Sequence[Entry], plugin: StoragePlugin) -> Path:
+    """A rosbag2 directory with two files; the later one's topics are numbered differently."""
+    middle = len(entries) // 2
+    (folder / "1").mkdir()
+    (folder / "2").mkdir()
+    first = by_rosbags(folder / "1", entries[:middle], plugin)
+    second = by_rosbags(folder / "2", entries[middle:], plugin)
+    suffix = ".mcap" if plugin is StoragePlugin.MCAP else ".db3"
+    for number, bag in enumerate((first, second)):
+        shutil.move(bag / f"bag{suffix}", first / f"bag_{number}{suffix}")
+    metadata = yaml.safe_load((first / "metadata.yaml").read_text())
+    names = [f"bag_{number}{suffix}" for number in range(2)]
+    metadata["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    (first / "metadata.yaml").write_text(yaml.safe_dump(metadata))
+    return first
+
+
+def bare_db3(folder: Path, entries: Sequence[Entry]) -> Path:
+    return by_rosbags(folder, entries, StoragePlugin.SQLITE3) / "bag.db3"
+
+
+_ROS1 = rosbags.rosbag1.Writer.CompressionFormat
+
+STORAGES: dict[str, Callable[[Path, Sequence[Entry]], Path]] = {
+    "rosbag2 mcap": by_rosbags,
+    "rosbag2 mcap, zstd chunks": partial(by_rosbags, compression=CompressionMode.STORAGE),
+    "rosbag2 mcap, zstd messages": partial(by_rosbags, compression=CompressionMode.MESSAGE),
+    "rosbag2 mcap, zstd file": partial(by_rosbags, compression=CompressionMode.FILE),
+    "rosbag2 mcap, split": partial(split, plugin=StoragePlugin.MCAP),
+    "rosbag2 sqlite3": partial(by_rosbags, plugin=StoragePlugin.SQLITE3),
+    "rosbag2 sqlite3, zstd messages": partial(
+        by_rosbags, plugin=StoragePlugin.SQLITE3, compression=CompressionMode.MESSAGE
+    ),
+    "rosbag2 sqlite3, zstd file": partial(
+        by_rosbags, plugin=StoragePlugin.SQLITE3, compression=CompressionMode.FILE
+    ),
+    "rosbag2 sqlite3, split": partial(split, plugin=StoragePlugin.SQLITE3),
+    "db3": bare_db3,
+    "mcap": partial(by_mcap, compression=CompressionType.NONE),
+    "mcap, zstd chunks": partial(by_mcap, compression=CompressionType.ZSTD, chunk_size=1000),
+    "mcap, lz4 chunks": partial(by_mcap, compression=CompressionType.LZ4, enable_data_crcs=True),
+    "mcap without chunks": partial(by_mcap, use_chunking=False, enable_data_crcs=True),
+    "mcap_ros2": by_mcap_ros2,
+    "ROS 1": by_rosbags_as_ros1,
+    "ROS 1, bz2": partial(by_rosbags_as_ros1, compression=_ROS1.BZ2),
+    "ROS 1, lz4": partial(by_rosbags_as_ros1, compression=_ROS1.LZ4),
+}
+
+
+@pytest.fixture(params=STORAGES, ids=str)
+def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: Path) -> Path:
+    """A log of five ticks, in every way that logs are stored."""
+    return STORAGES[request.param](tmp_path, entries)
