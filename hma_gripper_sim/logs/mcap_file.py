@@ -16,7 +16,7 @@ import yaml
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema, Statistics
 from mcap.stream_reader import get_chunk_data_stream
 
 from hma_gripper_sim.errors import InputError
@@ -88,6 +88,7 @@ class McapFile:
         self._crc = 0
         self._messages = 0
         self._undeclared = 0
+        self._counted: int | None = None
         self._last_logged: int | None = None
         self._has_ended = False
 
@@ -114,6 +115,11 @@ class McapFile:
             missing = PREFIX + _size(data) - len(data)
         if not self._has_ended or data != MAGIC:
             yield from self._rest(data, base)
+        if self._counted not in (None, self._messages):
+            self._findings.losses.append(
+                f"{self._name} is damaged: its summary counts {self._counted} messages, "
+                f"{self._messages} were found"
+            )
         if self._undeclared:
             self._findings.losses.append(
                 f"{self._name}: {self._undeclared} messages of undeclared channels skipped"
@@ -170,6 +176,9 @@ class McapFile:
                 self._known[channel.id] = True
                 self._wanted[channel.id] = connection.topic in self._topics
                 self._findings.add(connection)
+        elif opcode == Opcode.STATISTICS:
+            statistics = _read(Statistics.read, content, f"statistics at {where}")
+            self._counted = statistics.message_count
 
     def _connection(self, channel: Channel) -> Connection:
         schema = self._schemas.get(channel.schema_id)
@@ -238,30 +247,25 @@ class McapFile:
 
     def _rest(self, data: bytes, base: int) -> Iterator[Batch]:
         """Recover what can be read of a file that breaks off, and note what is lost."""
-        last = self._last_logged
-        end = base + len(data)
-        until = f"; last message that was asked for: logged {shown(last)}" if last else ""
-        if self._has_ended or len(data) < PREFIX:
-            self._findings.losses.append(
-                f"{self._name} is not finished: breaks off at byte {end}{until}"
-            )
-            return
-        size = PREFIX + _size(data)
-        if data.endswith(MAGIC) or size > _LARGEST:
-            raise InputError(f"the record at byte {base} claims to have {size} bytes: damaged")
-        before, lost = self._messages, ""
-        chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
-        if chunk is not None:
-            content = np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)
-            for records, _ in _scan(content):
-                yield from self._chunk_records(records, f"byte {base}")
-            lost = (
-                f", a chunk {_span(chunk)}; {self._messages - before} messages of it were "
-                "recovered, which no checksum covers"
-            )
+        end, lost = base + len(data), ""
+        if len(data) >= PREFIX and not self._has_ended:
+            size = PREFIX + _size(data)
+            if data.endswith(MAGIC) or size > _LARGEST:
+                raise InputError(f"the record at byte {base} claims to have {size} bytes: damaged")
+            lost = f", lost are {size - len(data)} of {size} bytes of the last record"
+            chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
+            if chunk is not None:
+                before = self._messages
+                for records, _ in _scan(np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)):
+                    yield from self._chunk_records(records, f"byte {base}")
+                lost += (
+                    f", a chunk {_span(chunk)}; {self._messages - before} messages of it were "
+                    "recovered, which no checksum covers"
+                )
+        if self._last_logged is not None:
+            lost += f"; last message that was asked for: logged {shown(self._last_logged)}"
         self._findings.losses.append(
-            f"{self._name} is not finished: breaks off at byte {end}, lost are "
-            f"{size - len(data)} of {size} bytes of the last record{lost}{until}"
+            f"{self._name} is not finished: breaks off at byte {end}{lost}"
         )
 
     def _hash(self, data: Bytes) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -62,7 +62,7 @@ class Connection:
     definition: str = ""
     is_idl: bool = False
 
-    @cached_property
+    @property
     def typestore(self) -> Any:
         """A typestore of `rosbags` that knows the type.
 
@@ -72,28 +72,17 @@ class Connection:
             Messages of this type cannot be read.
         """
         if self.encoding not in (CDR, ROS1):
-            raise self._unknown(f"its encoding {self.encoding!r} is not ROS")
-        if not self.definition:
-            shipped = get_typestore(Stores.ROS2_JAZZY)
-            if self.msgtype not in shipped.fielddefs:
-                raise self._unknown("the log does not define it")
-            return shipped
-        store = get_typestore(Stores.EMPTY)
-        try:
-            if self.is_idl:
-                for text in self._idl_texts():
-                    store.register(get_types_from_idl(text))
-            else:
-                types = get_types_from_msg(self.definition, self.msgtype)
-                if self.encoding == ROS1 and _HEADER in types:
-                    constants, fields = types[_HEADER]
-                    # rosbags drops the counter on the way to ROS 2, which has none
-                    types[_HEADER] = constants, [f for f in fields if f[0] != "seq"]
-                store.register(types)
-            store.get_msgdef(self.msgtype)
-        except Exception:  # the parsers raise many types
-            raise self._unknown("its definition cannot be read") from None
-        return store
+            reason = f"its encoding {self.encoding!r} is not ROS"
+        elif not self.definition:
+            if self.msgtype in _jazzy().fielddefs:
+                return _jazzy()
+            reason = "the log does not define it"
+        else:
+            try:
+                return _typestore(self.msgtype, self.definition, self.is_idl, self.encoding == ROS1)
+            except Exception:  # the parsers raise many types
+                reason = "its definition cannot be read"
+        raise InputError(f"unknown type {self.msgtype!r}: {reason}", field=self.topic)
 
     def serialised(self, data: bytes) -> bytes:
         """Return a message as ROS 2 serialises it."""
@@ -101,15 +90,35 @@ class Connection:
             return data
         return bytes(self.typestore.ros1_to_cdr(data, self.msgtype))
 
-    def _idl_texts(self) -> Iterator[str]:
-        if not self.definition.startswith(f"{_IDL_SEPARATOR}IDL: "):
-            yield self.definition
-            return
-        for text in self.definition.split(_IDL_SEPARATOR)[1:]:
-            yield text.partition("\n")[2]
 
-    def _unknown(self, reason: str) -> InputError:
-        return InputError(f"unknown type {self.msgtype!r}: {reason}", field=self.topic)
+@cache
+def _jazzy() -> Any:
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+@lru_cache(maxsize=256)
+def _typestore(msgtype: str, definition: str, is_idl: bool, is_ros1: bool) -> Any:
+    """Return a typestore that knows what a definition defines."""
+    types: dict[str, Any] = {}
+    if is_idl:
+        for text in _idl_texts(definition):
+            types.update(get_types_from_idl(text))
+    else:
+        types.update(get_types_from_msg(definition, msgtype))
+    if is_ros1 and _HEADER in types:
+        constants, fields = types[_HEADER]
+        # rosbags drops the counter on the way to ROS 2, which has none
+        types[_HEADER] = constants, [entry for entry in fields if entry[0] != "seq"]
+    store = get_typestore(Stores.EMPTY)
+    store.register(types)
+    store.get_msgdef(msgtype)
+    return store
+
+
+def _idl_texts(definition: str) -> list[str]:
+    if not definition.startswith(f"{_IDL_SEPARATOR}IDL: "):
+        return [definition]
+    return [text.partition("\n")[2] for text in definition.split(_IDL_SEPARATOR)[1:]]
 
 
 @dataclass(frozen=True, eq=False)

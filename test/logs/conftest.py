@@ -81,6 +81,12 @@ def entries() -> list[Entry]:
 
 
 @pytest.fixture
+def make_ticks() -> Callable[[int], list[Entry]]:
+    """Make as many ticks as asked for."""
+    return ticks
+
+
+@pytest.fixture
 def write_log(tmp_path: Path) -> Callable[[Sequence[Entry]], Path]:
     """Write messages with `LogWriter`; return the log's path."""
 
@@ -149,7 +155,7 @@ def by_rosbags_as_ros1(
     return path
 
 
-def by_mcap(folder: Path, entries: Sequence[Entry], **options: Any) -> Path:
+def store_by_mcap(folder: Path, entries: Sequence[Entry], **options: Any) -> Path:
     """A file written by the mcap library itself."""
     path = folder / "plain.mcap"
     with path.open("wb") as file:
@@ -229,10 +235,12 @@ STORAGES: dict[str, Callable[[Path, Sequence[Entry]], Path]] = {
     ),
     "rosbag2 sqlite3, split": partial(split, plugin=StoragePlugin.SQLITE3),
     "db3": bare_db3,
-    "mcap": partial(by_mcap, compression=CompressionType.NONE),
-    "mcap, zstd chunks": partial(by_mcap, compression=CompressionType.ZSTD, chunk_size=1000),
-    "mcap, lz4 chunks": partial(by_mcap, compression=CompressionType.LZ4, enable_data_crcs=True),
-    "mcap without chunks": partial(by_mcap, use_chunking=False, enable_data_crcs=True),
+    "mcap": partial(store_by_mcap, compression=CompressionType.NONE),
+    "mcap, zstd chunks": partial(store_by_mcap, compression=CompressionType.ZSTD, chunk_size=1000),
+    "mcap, lz4 chunks": partial(
+        store_by_mcap, compression=CompressionType.LZ4, enable_data_crcs=True
+    ),
+    "mcap without chunks": partial(store_by_mcap, use_chunking=False, enable_data_crcs=True),
     "mcap_ros2": by_mcap_ros2,
     "ROS 1": by_rosbags_as_ros1,
     "ROS 1, bz2": partial(by_rosbags_as_ros1, compression=_ROS1.BZ2),
@@ -244,3 +252,9 @@ STORAGES: dict[str, Callable[[Path, Sequence[Entry]], Path]] = {
 def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: Path) -> Path:
     """A log of five ticks, in every way that logs are stored."""
     return STORAGES[request.param](tmp_path, entries)
+
+
+@pytest.fixture
+def by_mcap(tmp_path: Path) -> Callable[..., Path]:
+    """Write messages with the mcap library; return the file's path."""
+    return partial(store_by_mcap, tmp_path)

@@ -1,0 +1,250 @@
+"""mcap files, whole and damaged."""
+
+from __future__ import annotations
+
+import random
+import re
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import mcap.writer
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType
+
+from hma_gripper_sim import InputError
+from hma_gripper_sim.logs.reader import read_recording
+from hma_gripper_sim.logs.recording import Recording
+
+MAGIC = b"\x89MCAP0\r\n"
+WRENCH = "/hma_gripper_sim/actuator_wrench"
+
+Write = Callable[..., Path]
+
+CHUNKED = {"compression": CompressionType.NONE, "chunk_size": 2000}
+WAYS = {
+    "chunks": CHUNKED,
+    "zstd chunks": {"compression": CompressionType.ZSTD, "chunk_size": 2000},
+    "lz4 chunks": {"compression": CompressionType.LZ4, "chunk_size": 2000},
+    "no chunks": {"use_chunking": False, "enable_data_crcs": True},
+}
+
+
+@pytest.fixture
+def write(by_mcap: Write, make_ticks: Callable[[int], list[Any]]) -> Callable[..., Path]:
+    """Write ten ticks with the mcap library."""
+
+    def write_ticks(**options: Any) -> Path:
+        return by_mcap(make_ticks(10), **options)
+
+    return write_ticks
+
+
+def is_part_of(part: Recording, whole: Recording) -> bool:
+    """Whether every signal of `part` is the beginning of that of `whole`."""
+    return all(
+        np.array_equal(series.value, whole[name].value[: series.value.size])
+        and np.allclose(series.time, whole[name].time[: series.time.size], rtol=0, atol=1e-15)
+        for name, series in part.signals.items()
+    )
+
+
+@pytest.mark.parametrize("options", WAYS.values(), ids=WAYS.keys())
+def test_truncated_file_gives_what_is_left_and_says_so(
+    write: Write, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    """Wherever it is cut: never another number, and never without a word about the loss."""
+    content = write(**options).read_bytes()
+    whole = read_recording(tmp_path / "plain.mcap")
+    cut, errors, samples = tmp_path / "cut.mcap", [], set()
+    for kept in range(0, len(content), 97):
+        cut.write_bytes(content[:kept])
+        try:
+            recording = read_recording(cut)
+        except InputError as error:
+            errors.append(str(error))
+            continue
+        assert "cut.mcap is not finished: breaks off at byte" in recording.notes[0]
+        assert is_part_of(recording, whole)
+        samples.add(recording["travel"].value.size)
+    assert "is empty" in errors.pop(0)
+    assert all(f"{cut}: " in error and "breaks off at byte" in error for error in errors)
+    assert "\n" not in "".join(errors)
+    assert len(samples) > 1
+    assert max(samples) == 10
+
+
+def test_truncated_chunk_says_which_time_is_lost(write: Write) -> None:
+    path = write(**CHUNKED)
+    content = path.read_bytes()
+    path.write_bytes(content[: content.rindex(b"slide") + 20])
+    recording = read_recording(path)
+    (note,) = (note for note in recording.notes if "not finished" in note)
+    expected = (
+        r"plain.mcap is not finished: breaks off at byte \d+, lost are \d+ of \d+ bytes of the "
+        r"last record, a chunk logged 1700000000\.173456 s to 1700000000\.213456 s; \d+ messages "
+        r"of it were recovered, which no checksum covers; last message that was asked for: logged "
+        r"1700000000.203456 s"
+    )
+    assert re.fullmatch(expected, note)
+
+
+@pytest.mark.parametrize("options", WAYS.values(), ids=WAYS.keys())
+def test_damaged_file_never_gives_another_number(
+    write: Write, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    """One byte is changed, anywhere: an error, or what the file held before."""
+    content = write(**options).read_bytes()
+    whole = read_recording(tmp_path / "plain.mcap")
+    damaged, errors = tmp_path / "damaged.mcap", []
+    chance = random.Random(1)
+    for position in range(0, len(content), 29):
+        changed = bytearray(content)
+        changed[position] ^= chance.randrange(1, 256)
+        damaged.write_bytes(changed)
+        try:
+            recording = read_recording(damaged)
+        except InputError as error:
+            errors.append(str(error))
+            continue
+        if not any("its summary counts" in note for note in recording.notes):
+            assert is_part_of(recording, whole), position
+    assert all(f"{damaged}: " in error for error in errors)
+    assert "\n" not in "".join(errors)
+    assert len(errors) > 100
+
+
+@pytest.mark.parametrize("opcode", [0x07, 0x09, 0x85])
+def test_chunk_that_is_taken_for_something_else_is_missed(write: Write, opcode: int) -> None:
+    path = write(**CHUNKED)
+    content = path.read_bytes()
+    with path.open("rb") as file:
+        begin = make_reader(file).get_summary().chunk_indexes[1].chunk_start_offset
+    path.write_bytes(content[:begin] + bytes([opcode]) + content[begin + 1 :])
+    recording = read_recording(path)
+    assert re.search(r"its summary counts 31 messages, \d\d were found", recording.notes[0])
+
+
+def test_wrong_checksum_of_a_chunk_is_named(write: Write) -> None:
+    path = write(**CHUNKED)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"slide", b"slime", 1))
+    reason = r"chunk at byte \d+, logged 1700000000.123456 s to 1700000000.\d+ s: crc validation"
+    with pytest.raises(InputError, match=reason):
+        read_recording(path)
+
+
+def test_wrong_checksum_of_the_data_section_is_named(write: Write) -> None:
+    path = write(use_chunking=False, enable_data_crcs=True)
+    path.write_bytes(path.read_bytes().replace(b"box\x00", b"fox\x00", 1))
+    with pytest.raises(InputError, match=r"checksum of the data section .* does not match"):
+        read_recording(path)
+
+
+def test_wrong_checksum_of_the_summary_is_named(write: Write) -> None:
+    path = write()
+    content = path.read_bytes()
+    name = content.rindex(b"sensor_msgs/msg/JointState")
+    path.write_bytes(content[:name] + b"S" + content[name + 1 :])
+    with pytest.raises(InputError, match=r"checksum of the summary .* does not match"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("begin", [b"", b"\x89MCAP1\r\n", b"\x89", b"PK\x03\x04" * 8])
+def test_file_that_begins_otherwise_is_named(tmp_path: Path, begin: bytes) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_bytes(begin)
+    with pytest.raises(InputError, match=r"is empty|neither an mcap|breaks off at byte 1"):
+        read_recording(path)
+
+
+def test_other_profile_is_noted(write: Write) -> None:
+    path = write(use_chunking=False, enable_crcs=False)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"\x04\x00\x00\x00ros2", b"\x04\x00\x00\x00px42", 1))
+    recording = read_recording(path)
+    assert any("profile is 'px42', not 'ros2'" in note for note in recording.notes)
+    assert recording["travel"].value.size == 10
+
+
+def test_channels_that_are_not_ros_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file)
+        writer.start()
+        schema = writer.register_schema("Joints", "jsonschema", b"{}")
+        channel = writer.register_channel("/joint_states", "json", schema)
+        writer.add_message(channel, 1, b"{}", 1)
+        writer.finish()
+    with pytest.raises(InputError, match="travel: unknown type 'Joints': its encoding 'json'"):
+        read_recording(path)
+
+
+def test_unknown_types_are_skipped_and_named(tmp_path: Path, write: Write) -> None:
+    """A channel without a definition, whose type nobody knows."""
+    path = write(use_chunking=False, enable_crcs=False)
+    content = path.read_bytes()
+    end = content.index(b"\x0f\x04" + bytes(7))  # the end of the data
+    with (tmp_path / "other.mcap").open("wb") as file:
+        writer = mcap.writer.Writer(file, use_chunking=False)
+        writer.start()
+        for _ in range(9):
+            schema = writer.register_schema("my_msgs/msg/Grip", "ros2msg", b"")
+        for _ in range(9):
+            channel = writer.register_channel("/grip", "cdr", schema)
+        writer.add_message(channel, 1, b"\x00\x01\x00\x00", 1)
+        writer.finish()
+    other = (tmp_path / "other.mcap").read_bytes()
+    begin = other.index(b"\x03", len(MAGIC) + 9 + other[9])
+    added = other[begin : other.index(b"\x0f\x04" + bytes(7))]
+    path.write_bytes(content[:end] + added + content[end:])
+    recording = read_recording(path)
+    assert recording["travel"].value.size == 10
+    assert (
+        "/grip: skipped, unknown type 'my_msgs/msg/Grip': the log does not define it"
+        in recording.notes
+    )
+
+
+def chunk(content: bytes, *, size: int, compression: bytes = b"") -> bytes:
+    """A chunk record."""
+    number = int.to_bytes
+    body = number(0, 16, "little") + number(size, 8, "little")
+    body += number(zlib.crc32(content), 4, "little") + number(len(compression), 4, "little")
+    body += compression + number(len(content), 8, "little") + content
+    return b"\x06" + number(len(body), 8, "little") + body
+
+
+@pytest.mark.parametrize(
+    ("record", "reason"),
+    [
+        (chunk(b"", size=0, compression=b"zip"), "unknown compression 'zip'"),
+        (chunk(b"", size=2**62), "claims to have 4611686018427387904 bytes"),
+        (chunk(b"abc", size=3), "has 3 bytes, of which 0 are records, and claims to have 3"),
+        (chunk(b"abc", size=5, compression=b"zstd"), "zstd|frame|decompress"),
+        (chunk(b"abc", size=5, compression=b"lz4"), "LZ4"),
+        (b"\x06\x02" + bytes(9), "chunk at byte 37 cannot be read"),
+        (b"\x44\x02" + bytes(9), "record of unknown kind 68 at byte 37: damaged"),
+        (b"\x05\x02" + bytes(9), "a message record is too short"),
+        (b"\x04\xff\xff\xff\xff\xff" + bytes(90), r"claims to have \d+ bytes: damaged"),
+    ],
+)
+def test_damaged_records_are_named(tmp_path: Path, record: bytes, reason: str) -> None:
+    path = tmp_path / "log.mcap"
+    header = b"\x01\x08" + bytes(7) + bytes(8)
+    path.write_bytes(MAGIC + header + b"\x09\x03" + bytes(10) + record)
+    with pytest.raises(InputError, match=reason) as caught:
+        read_recording(path)
+    assert caught.value.source == str(path)
+
+
+def test_file_is_read_a_piece_at_a_time(
+    write: Write, monkeypatch: pytest.MonkeyPatch, make_ticks: Callable[[int], Sequence[Any]]
+) -> None:
+    """Records that are cut by the end of a piece, or are longer than one."""
+    monkeypatch.setattr("hma_gripper_sim.logs.mcap_file._PIECE", 100)
+    for options in WAYS.values():
+        assert read_recording(write(**options))["travel"].value.size == 10
