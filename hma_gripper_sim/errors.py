@@ -29,3 +29,8 @@ class InputError(ValueError):
         """Return the same error, seen from the enclosing file or section."""
         field = ".".join(part for part in (field_prefix, self.field) if part) or None
         return InputError(self.reason, field=field, source=source or self.source)
+
+
+def first_line(error: BaseException) -> str:
+    """Return what a foreign error says, in one line; its name if it says nothing."""
+    return str(error).partition("\n")[0] or type(error).__name__

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.kernels.records import copy_bytes, match_messages
 from hma_gripper_sim.logs.layout import Layout, follow
 from hma_gripper_sim.logs.messages import CDR, Batch, Bytes, Connection, Ints, shown
@@ -144,7 +144,7 @@ class Gatherer:
             layout = Layout(data, msgtype, self._typestore)
             message = self._typestore.deserialize_cdr(data, msgtype)
         except Exception as error:  # a damaged message makes its parser raise almost anything
-            reason = str(error).partition("\n")[0] or type(error).__name__
+            reason = first_line(error)
             raise self._damaged(f"cannot be deserialised ({reason})", logged) from None
         try:
             places = tuple(signal.source.locate(layout) for signal in self._signals)

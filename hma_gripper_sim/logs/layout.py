@@ -23,7 +23,7 @@ _BIG_ENDIAN, _LITTLE_ENDIAN = b"\x00\x00", b"\x00\x01"
 
 _KINDS = {
     "bool": "u1",
-    "byte": "u1",
+    "byte": "i1",
     "char": "u1",
     "int8": "i1",
     "uint8": "u1",

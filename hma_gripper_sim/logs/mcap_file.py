@@ -6,9 +6,9 @@ Nothing is looked up in the summary at the end, because a recording that was not
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from io import BytesIO
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
 
 import lz4.frame
 import numpy as np
@@ -19,9 +19,10 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema, Statistics
 from mcap.stream_reader import get_chunk_data_stream
 
-from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.kernels.records import PREFIX, copy_bytes, scan_records
-from hma_gripper_sim.logs.messages import Batch, Bytes, Connection, Findings, Ints, shown
+from hma_gripper_sim.errors import InputError, first_line
+from hma_gripper_sim.kernels.records import PREFIX
+from hma_gripper_sim.logs.mcap_records import Records, column, parse, scan, size_behind
+from hma_gripper_sim.logs.messages import Batch, Bytes, Connection, Findings, shown
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -31,9 +32,6 @@ _PIECE = 4 * 2**20
 _LARGEST = 2**30
 """A record beyond this length [bytes] is damaged, or nothing that was meant to be streamed."""
 
-_ROOM = 2**16
-"""Records that are found at a time."""
-
 _MESSAGE_PREFIX = 22
 """Bytes in front of a message's own: channel, sequence number, two times."""
 
@@ -41,22 +39,6 @@ _PROFILE = "ros2"
 
 _OPCODES, _FIRST_PRIVATE = frozenset(map(int, Opcode)), 0x80
 """Kinds of records that mcap knows, and the first one that everybody may use."""
-
-_Record = TypeVar("_Record")
-
-
-class _Records:
-    """Complete records that lie in `data`: what each is, and where its content is."""
-
-    def __init__(self, data: Bytes, opcodes: Bytes, starts: Ints, sizes: Ints) -> None:
-        self.data = data
-        self.opcodes = opcodes
-        self.starts = starts
-        self.sizes = sizes
-
-    def content(self, index: int) -> ReadDataStream:
-        start = int(self.starts[index])
-        return ReadDataStream(BytesIO(self.data[start : start + int(self.sizes[index])].tobytes()))
 
 
 class McapFile:
@@ -108,11 +90,11 @@ class McapFile:
         while missing <= _LARGEST and (piece := self._stream.read(max(_PIECE, missing))):
             data += piece
             position = 0
-            for records, end in _scan(np.frombuffer(data, dtype=np.uint8)):
+            for records, end in scan(np.frombuffer(data, dtype=np.uint8)):
                 yield from self._file_records(records, position, end, base)
                 position = end
             data, base = data[position:], base + position
-            missing = PREFIX + _size(data) - len(data)
+            missing = PREFIX + size_behind(data) - len(data)
         if not self._has_ended or data != MAGIC:
             yield from self._rest(data, base)
         if self._counted not in (None, self._messages):
@@ -125,7 +107,7 @@ class McapFile:
                 f"{self._name}: {self._undeclared} messages of undeclared channels skipped"
             )
 
-    def _file_records(self, records: _Records, begin: int, end: int, base: int) -> Iterator[Batch]:
+    def _file_records(self, records: Records, begin: int, end: int, base: int) -> Iterator[Batch]:
         """Treat records that lie between two positions of the piece of the file from `base` on."""
         hashed, done = begin, 0
         for index in np.flatnonzero(records.opcodes != Opcode.MESSAGE).tolist():
@@ -136,16 +118,16 @@ class McapFile:
             content = int(records.starts[index])
             where = f"byte {base + content - PREFIX}"
             if opcode == Opcode.CHUNK:
-                chunk = _read(Chunk.read, records.content(index), f"chunk at {where}")
+                chunk = parse(Chunk.read, records.content(index), f"chunk at {where}")
                 yield from self._chunk(chunk, where)
             elif opcode == Opcode.DATA_END:
                 self._hash(records.data[hashed : content - PREFIX])
-                end_record = _read(DataEnd.read, records.content(index), f"end of data at {where}")
+                end_record = parse(DataEnd.read, records.content(index), f"end of data at {where}")
                 self._compare(end_record.data_section_crc, "data section", where)
                 self._crc, hashed = 0, content + int(records.sizes[index])
             elif opcode == Opcode.FOOTER:
                 self._hash(records.data[hashed : content + 16])
-                footer = _read(Footer.read, records.content(index), f"footer at {where}")
+                footer = parse(Footer.read, records.content(index), f"footer at {where}")
                 if footer.summary_start:
                     self._compare(footer.summary_crc, "summary", where)
                 self._has_ended = True
@@ -156,20 +138,20 @@ class McapFile:
         if done < records.opcodes.size:
             yield self._batch(records, slice(done, None))
 
-    def _declare(self, records: _Records, index: int, where: str) -> None:
+    def _declare(self, records: Records, index: int, where: str) -> None:
         """Take up a header, schema or channel; skip what else there is."""
         opcode, content = int(records.opcodes[index]), records.content(index)
         if opcode not in _OPCODES and opcode < _FIRST_PRIVATE:
             raise InputError(f"record of unknown kind {opcode} at {where}: damaged")
         if opcode == Opcode.HEADER:
-            header = _read(Header.read, content, f"header at {where}")
+            header = parse(Header.read, content, f"header at {where}")
             if header.profile not in ("", _PROFILE):
                 self._findings.note(f"its mcap profile is {header.profile!r}, not {_PROFILE!r}")
         elif opcode == Opcode.SCHEMA:
-            schema = _read(Schema.read, content, f"schema at {where}")
+            schema = parse(Schema.read, content, f"schema at {where}")
             self._schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            channel = _read(Channel.read, content, f"channel at {where}")
+            channel = parse(Channel.read, content, f"channel at {where}")
             if channel.id not in self._connections:
                 connection = self._connection(channel)
                 self._connections[channel.id] = connection
@@ -177,7 +159,7 @@ class McapFile:
                 self._wanted[channel.id] = connection.topic in self._topics
                 self._findings.add(connection)
         elif opcode == Opcode.STATISTICS:
-            statistics = _read(Statistics.read, content, f"statistics at {where}")
+            statistics = parse(Statistics.read, content, f"statistics at {where}")
             self._counted = statistics.message_count
 
     def _connection(self, channel: Channel) -> Connection:
@@ -204,10 +186,10 @@ class McapFile:
         try:
             content, size = get_chunk_data_stream(chunk, validate_crc=True)
         except Exception as error:  # each library that decompresses raises its own
-            raise InputError(f"{name}: {_one_line(error)}") from None
+            raise InputError(f"{name}: {first_line(error)}") from None
         data = np.frombuffer(content.read(size), dtype=np.uint8)
         position = 0
-        for records, end in _scan(data):
+        for records, end in scan(data):
             yield from self._chunk_records(records, where)
             position = end
         if size != chunk.uncompressed_size or position != size:
@@ -216,23 +198,23 @@ class McapFile:
                 f"and claims to have {chunk.uncompressed_size}"
             )
 
-    def _chunk_records(self, records: _Records, where: str) -> Iterator[Batch]:
+    def _chunk_records(self, records: Records, where: str) -> Iterator[Batch]:
         for index in np.flatnonzero(records.opcodes != Opcode.MESSAGE).tolist():
             self._declare(records, index, f"chunk at {where}")
         yield self._batch(records, slice(None))
 
-    def _batch(self, records: _Records, part: slice) -> Batch:
+    def _batch(self, records: Records, part: slice) -> Batch:
         """Return the wanted messages among some records."""
         found = np.flatnonzero(records.opcodes[part] == Opcode.MESSAGE) + (part.start or 0)
         starts, sizes = records.starts[found], records.sizes[found]
         if (sizes < _MESSAGE_PREFIX).any():
             raise InputError("a message record is too short to be one: the file is damaged")
-        channel = _column(records.data, starts, 0, "<u2")
+        channel = column(records.data, starts, 0, "<u2")
         self._messages += found.size
         self._undeclared += int(np.count_nonzero(~self._known[channel]))
         wanted = np.flatnonzero(self._wanted[channel])
         starts, sizes, channel = starts[wanted], sizes[wanted], channel[wanted]
-        logged = _column(records.data, starts, 6, "<u8").astype(np.int64)
+        logged = column(records.data, starts, 6, "<u8").astype(np.int64)
         if logged.size:
             self._last_logged = int(logged[-1])
         senders, which = np.unique(channel, return_inverse=True)
@@ -249,14 +231,14 @@ class McapFile:
         """Recover what can be read of a file that breaks off, and note what is lost."""
         end, lost = base + len(data), ""
         if len(data) >= PREFIX and not self._has_ended:
-            size = PREFIX + _size(data)
+            size = PREFIX + size_behind(data)
             if data.endswith(MAGIC) or size > _LARGEST:
                 raise InputError(f"the record at byte {base} claims to have {size} bytes: damaged")
             lost = f", lost are {size - len(data)} of {size} bytes of the last record"
             chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
             if chunk is not None:
                 before = self._messages
-                for records, _ in _scan(np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)):
+                for records, _ in scan(np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)):
                     yield from self._chunk_records(records, f"byte {base}")
                 lost += (
                     f", a chunk {_span(chunk)}; {self._messages - before} messages of it were "
@@ -264,9 +246,7 @@ class McapFile:
                 )
         if self._last_logged is not None:
             lost += f"; last message that was asked for: logged {shown(self._last_logged)}"
-        self._findings.losses.append(
-            f"{self._name} is not finished: breaks off at byte {end}{lost}"
-        )
+        self._findings.losses.append(f"{self._name} is truncated: ends at byte {end}{lost}")
 
     def _hash(self, data: Bytes) -> None:
         self._crc = zlib.crc32(data.data, self._crc)
@@ -283,38 +263,6 @@ def count_profiles(qos: str) -> int:
     except yaml.YAMLError:
         return 1
     return max(1, len(profiles)) if isinstance(profiles, list) else 1
-
-
-def _scan(data: Bytes) -> Iterator[tuple[_Records, int]]:
-    """Yield the complete records in `data`, many at a time, and where they end."""
-    opcodes = np.empty(_ROOM, dtype=np.uint8)
-    starts, sizes = np.empty(_ROOM, dtype=np.int64), np.empty(_ROOM, dtype=np.int64)
-    end = 0
-    while True:
-        count, end = scan_records(data, end, opcodes, starts, sizes)
-        if not count:
-            return
-        yield _Records(data, opcodes[:count], starts[:count], sizes[:count]), end
-
-
-def _size(data: bytes) -> int:
-    """Return how many bytes follow the prefix of the record that `data` begins with."""
-    return int.from_bytes(data[1:PREFIX], "little")
-
-
-def _column(data: Bytes, starts: Ints, offset: int, kind: str) -> Any:
-    """Return the number at `offset` of each record, shape (n,)."""
-    width = int(kind[-1])
-    out = np.empty((starts.size, width), dtype=np.uint8)
-    copy_bytes(data, starts, np.array([offset]), width, out)
-    return out.view(kind)[:, 0]
-
-
-def _read(read: Callable[[Any], _Record], content: ReadDataStream, what: str) -> _Record:
-    try:
-        return read(content)
-    except Exception as error:  # a damaged record makes its parser raise almost anything
-        raise InputError(f"{what} cannot be read: {_one_line(error)}") from None
 
 
 def _partial_chunk(data: bytes) -> Chunk | None:
@@ -340,7 +288,3 @@ def _decompress_begin(chunk: Chunk) -> bytes:
 
 def _span(chunk: Chunk) -> str:
     return f"logged {shown(chunk.message_start_time)} to {shown(chunk.message_end_time)}"
-
-
-def _one_line(error: Exception) -> str:
-    return str(error).partition("\n")[0] or type(error).__name__

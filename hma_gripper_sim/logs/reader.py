@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.logs.assembly import Part, assemble, missing_topic
 from hma_gripper_sim.logs.gathering import Gatherer
 from hma_gripper_sim.logs.messages import Connection, Ints, shown
@@ -45,8 +45,10 @@ def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message
             except InputError as error:
                 raise error.within(source=log.source) from None
             except Exception as error:  # a damaged message makes its parser raise almost anything
-                reason = f"a message logged at {shown(logged)} cannot be read ({error})"
-                raise InputError(reason, field=connection.topic, source=log.source) from None
+                reason = f"a message logged at {shown(logged)} cannot be deserialised"
+                raise InputError(
+                    f"{reason} ({first_line(error)})", field=connection.topic, source=log.source
+                ) from None
             yield Message(connection.topic, _stamp(content, logged), content)
     for topic in topics:
         if topic not in log.findings.topics:

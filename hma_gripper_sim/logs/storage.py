@@ -15,7 +15,7 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Rosbag1Reader
 from rosbags.rosbag2 import Reader as Rosbag2Reader
 
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.logs.mcap_file import MAGIC, McapFile
 from hma_gripper_sim.logs.messages import CDR, ROS1, Batch, Connection, Findings
 from hma_gripper_sim.quantities import choice, read_yaml
@@ -151,7 +151,7 @@ class Log:
             reason = error.strerror or str(error)
             raise InputError(f"cannot be read: {reason}", source=source) from None
         except Exception as error:
-            reason = str(error).partition("\n")[0] or type(error).__name__
+            reason = first_line(error)
             raise InputError(f"cannot be read: {reason}", source=source) from None
 
 

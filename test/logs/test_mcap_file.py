@@ -67,11 +67,11 @@ def test_truncated_file_gives_what_is_left_and_says_so(
         except InputError as error:
             errors.append(str(error))
             continue
-        assert "cut.mcap is not finished: breaks off at byte" in recording.notes[0]
+        assert "cut.mcap is truncated: ends at byte" in recording.notes[0]
         assert is_part_of(recording, whole)
         samples.add(recording["travel"].value.size)
     assert "is empty" in errors.pop(0)
-    assert all(f"{cut}: " in error and "breaks off at byte" in error for error in errors)
+    assert all(f"{cut}: " in error and "is truncated: ends at byte" in error for error in errors)
     assert "\n" not in "".join(errors)
     assert len(samples) > 1
     assert max(samples) == 10
@@ -82,9 +82,9 @@ def test_truncated_chunk_says_which_time_is_lost(write: Write) -> None:
     content = path.read_bytes()
     path.write_bytes(content[: content.rindex(b"slide") + 20])
     recording = read_recording(path)
-    (note,) = (note for note in recording.notes if "not finished" in note)
+    (note,) = (note for note in recording.notes if "truncated" in note)
     expected = (
-        r"plain.mcap is not finished: breaks off at byte \d+, lost are \d+ of \d+ bytes of the "
+        r"plain.mcap is truncated: ends at byte \d+, lost are \d+ of \d+ bytes of the "
         r"last record, a chunk logged 1700000000\.173456 s to 1700000000\.213456 s; \d+ messages "
         r"of it were recovered, which no checksum covers; last message that was asked for: logged "
         r"1700000000.203456 s"
@@ -157,7 +157,7 @@ def test_wrong_checksum_of_the_summary_is_named(write: Write) -> None:
 def test_file_that_begins_otherwise_is_named(tmp_path: Path, begin: bytes) -> None:
     path = tmp_path / "log.mcap"
     path.write_bytes(begin)
-    with pytest.raises(InputError, match=r"is empty|neither an mcap|breaks off at byte 1"):
+    with pytest.raises(InputError, match=r"is empty|neither an mcap|is truncated: ends at byte 1"):
         read_recording(path)
 
 
