@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
@@ -16,11 +15,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hma_gripper_sim import config_directory
 from hma_gripper_sim.comparison import align, compare
-from hma_gripper_sim.contour import Circle, Contour, Polygon, RoundedBox
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
 from hma_gripper_sim.experiment_file import read_experiment
+from hma_gripper_sim.experiment_parameters import node_parameters
 from hma_gripper_sim.logs.reader import read_poses, read_recording
 from hma_gripper_sim.logs.topics import LOGGED_TOPICS, NODE
 from hma_gripper_sim.logs.writer import LogWriter
@@ -42,8 +41,6 @@ _ROOM = 1e-3
 
 _SNAPSHOTS = 8
 """Panels of the snapshot series."""
-
-_KINDS: dict[type[Contour], str] = {Circle: "circle", RoundedBox: "box", Polygon: "polygon"}
 
 
 def run_demo(
@@ -87,8 +84,8 @@ def run_demo(
     )
     files = experiment_files or [config_directory() / "experiments" / name for name in SHIPPED]
     experiments = [read_experiment(file) for file in files]
-    design = GripperDesign.from_yaml(design_file) if design_file else GripperDesign.thesis_2013()
-    _check_common(files, experiments)
+    _check_common(files, experiments, design_file)
+    design = GripperDesign.from_yaml(design_file) if design_file else experiments[0].design
     client_type = _ros_client()
     _prepare(report, experiments)
     parameters = report / "sim_node.yaml"
@@ -110,7 +107,9 @@ def run_demo(
     return 0 if passed else 1
 
 
-def _check_common(files: Sequence[Path], experiments: Sequence[Experiment]) -> None:
+def _check_common(
+    files: Sequence[Path], experiments: Sequence[Experiment], design_file: Path | None
+) -> None:
     """Raise `InputError` if one node and one report cannot serve all experiments."""
     by_name: dict[str, Experiment] = {}
     by_contour: dict[str, Experiment] = {}
@@ -118,7 +117,10 @@ def _check_common(files: Sequence[Path], experiments: Sequence[Experiment]) -> N
         if by_name.setdefault(experiment.name, experiment) is not experiment:
             reason = f"there is another experiment named {experiment.name}"
             raise InputError(reason, field="--experiment", source=str(file))
-        for field in ("friction", "contact"):
+        if not experiment.motion:
+            reason = "is missing: only a log says how the gripper moved"
+            raise InputError(reason, field="motion", source=str(file))
+        for field in ("friction", "contact", *(() if design_file else ("design",))):
             if getattr(experiment, field) != getattr(experiments[0], field):
                 reason = f"differs from that of {experiments[0].name}: run the demo once for each"
                 raise InputError(reason, field=f"scene.{field}", source=str(file))
@@ -165,34 +167,12 @@ def _write_parameters(
     path: Path, experiments: Sequence[Experiment], design_file: Path | None, factor: float
 ) -> None:
     """Write what the node is to simulate as a ROS parameter file."""
-    depths = [travel for experiment in experiments for _, travel in experiment.way_points]
-    speeds = [abs(s.velocity) for experiment in experiments for s in experiment.motion]
-    content = {
-        "real_time_factor": factor,
-        "travel_max": max(depths) + _ROOM,
-        "max_velocity": max(speeds),
-        "friction": experiments[0].friction,
-        "contact": experiments[0].contact,
-        "contour": experiments[0].contour_name,
-        "design": str(design_file.resolve()) if design_file else "",
-        "contours": {
-            experiment.contour_name: {
-                **_contour_parameters(experiment.contour),
-                "clearance": experiment.clearance,
-            }
-            for experiment in experiments
-        },
-    }
+    content = {**node_parameters(experiments), "real_time_factor": factor}
+    content["travel_max"] += _ROOM
+    if design_file:
+        content["design"] = str(design_file.resolve())
     text = yaml.safe_dump({NODE: {"ros__parameters": content}}, sort_keys=False)
     path.write_text(text, encoding="utf-8")
-
-
-def _contour_parameters(contour: Contour) -> dict[str, object]:
-    """Return a contour as the node's parameters: SI, and points as a flat list."""
-    arguments = [field.name for field in dataclasses.fields(cast(Any, contour)) if field.init]
-    shape = {name: np.asarray(getattr(contour, name)) for name in arguments}
-    flat = {name: value.ravel() if value.ndim else value for name, value in shape.items()}
-    return {"type": _KINDS[type(contour)], **{name: v.tolist() for name, v in flat.items()}}
 
 
 def _record(

@@ -16,14 +16,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from hma_gripper_sim.braking import (
-    TRAVEL_RESOLUTION,
-    approach_velocity,
-    braking_velocity,
-    stopping_distance,
-)
 from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.braking import (
+    TRAVEL_RESOLUTION,
+    approach_velocity,
+    limited_velocity,
+    stopping_distance,
+)
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.scene import Scene
@@ -298,11 +298,9 @@ class Drive:
         self._stale = self._clamped = self._at_limit = False
 
     def _expire_command(self) -> None:
-        timeout = self._limits.command_timeout
-        if self._velocity == 0.0 or timeout == 0.0:
+        if self._velocity == 0.0 or self._limits.command_timeout == 0.0:
             return
-        # A hair's allowance: 0.3 s at 0.1 s are three ticks, however the quotient is rounded.
-        if self._age >= math.ceil(timeout / self._period * (1.0 - 1e-12)):
+        if self._age >= self._limits.timeout_ticks(self._period):
             self._velocity = 0.0
             self._clamped = False
             self._stale = True
@@ -315,12 +313,10 @@ class Drive:
         wanted = self._velocity
         if self._spline is not None:
             wanted = self._velocity_onto(self._spline, change)
-        wanted = min(max(wanted, now.velocity - change), now.velocity + change)
         ahead, behind = limits.travel_max - now.travel, now.travel - limits.travel_min
-        highest = braking_velocity(ahead, now.velocity, change, self._period)
-        lowest = -braking_velocity(behind, -now.velocity, change, self._period)
-        velocity = min(max(wanted, lowest), highest)
-        self._at_limit = velocity != wanted
+        velocity, self._at_limit = limited_velocity(
+            wanted, now.velocity, ahead, behind, change, self._period
+        )
         return velocity
 
     def _velocity_onto(self, spline: Spline, change: float) -> float:

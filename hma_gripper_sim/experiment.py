@@ -81,6 +81,10 @@ class Experiment:
         Coefficient between gripper and object.
     contact
         Contact model, ``"continuous"`` or ``"sampled"``.
+    design
+        The gripper.
+    design_file
+        Path of the file that describes it; None: it is the thesis'.
     motion
         Of the prismatic joint, from the start pose; the first segment is the approach.
     measurements
@@ -98,6 +102,8 @@ class Experiment:
     clearance: float
     friction: float
     contact: str
+    design: GripperDesign
+    design_file: str | None
     motion: tuple[Segment, ...]
     measurements: tuple[Measurement, ...]
     measured: tuple[Criterion, ...]
@@ -117,10 +123,10 @@ class Experiment:
             points.append((time + segment.duration, travel + segment.velocity * segment.duration))
         return tuple(points)
 
-    def scene(self, design: GripperDesign) -> Scene:
-        """Return the scene in which `design` meets this experiment's object."""
+    def scene(self, design: GripperDesign | None = None) -> Scene:
+        """Return the scene in which a gripper, by default its own, meets this experiment's object."""
         return Scene(
-            design,
+            design or self.design,
             self.contour,
             friction=self.friction,
             clearance=self.clearance,

@@ -1,7 +1,7 @@
 """Reading experiments from YAML files such as those in ``config/experiments``.
 
-A file holds ``title`` and ``source``; the ``scene`` (contour, clearance, friction, contact); the
-``motion``, a list of velocities and durations of which the first is the approach; what was
+A file holds ``title`` and ``source``; the ``scene`` (contour, clearance, friction, contact, and the
+path of a ``design``, relative to the file, where it is not the thesis' gripper); the ``motion``, a list of velocities and durations of which the first is the approach; what was
 ``measured``, at instants and with uncertainties, and the ``max_error`` that each figure may have;
 and, where there is a publication, the figures that were ``published`` with the error or the window
 that is allowed for each. Quantities are texts with units; bare numbers are SI.
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from hma_gripper_sim.contour import contour_from_mapping
+from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Criterion, Experiment, Measurement, Segment
 from hma_gripper_sim.logs.figures import FIGURES, Figure
@@ -35,7 +36,7 @@ def read_experiment(path: str | Path) -> Experiment:
         Names the file, the field and what is wrong with it.
     """
     try:
-        return _experiment(Path(path).stem, _Section(read_yaml(path), ""))
+        return _experiment(Path(path), _Section(read_yaml(path), ""))
     except InputError as error:
         raise error.within(source=str(path)) from None
 
@@ -89,10 +90,10 @@ class _Section:
         return value
 
 
-def _experiment(name: str, file: _Section) -> Experiment:
+def _experiment(path: Path, file: _Section) -> Experiment:
     file.only("title", "source", "scene", "motion", "measured", "published")
     scene = file.section("scene")
-    scene.only("contour", "clearance", "friction", "contact")
+    scene.only("contour", "clearance", "friction", "contact", "design")
     contour = scene.section("contour")
     shape = {key: value for key, value in contour.fields.items() if key != "name"}
     motion = _motion(file)
@@ -100,8 +101,9 @@ def _experiment(name: str, file: _Section) -> Experiment:
     measured.only("source", "instants", "max_error")
     end = sum(segment.duration for segment in motion)
     measurements = tuple(_measurements(measured, end))
+    design_file = str(path.parent / scene.text("design")) if "design" in scene else None
     return Experiment(
-        name=name,
+        name=path.stem,
         title=file.text("title"),
         source=file.text("source"),
         contour_name=_name(contour),
@@ -109,6 +111,8 @@ def _experiment(name: str, file: _Section) -> Experiment:
         clearance=scene.quantity("clearance", "m", minimum=0.0),
         friction=scene.quantity("friction", "", minimum=0.0),
         contact=choice(scene.value("contact"), CONTACTS, field=scene.name("contact")),
+        design=GripperDesign.from_yaml(design_file) if design_file else GripperDesign.thesis_2013(),
+        design_file=design_file,
         motion=motion,
         measurements=measurements,
         measured=tuple(_measured(measured, measurements)),

@@ -6,13 +6,17 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.swinging_door import swinging_door
 from hma_gripper_sim.quantities import quantity
 
+Array = NDArray[np.float64]
 Velocity = float | Callable[[float], float]
 
+STEADY = 1e-6  # relative, and m/s²; a smaller change of the acceleration is rounding
 SHORTEST = 1e-9  # s; a change of velocity within less than this is a jump
 STRAIGHT = 1e-4  # of the largest velocity; a deviation from a straight line that is kept
 
@@ -80,6 +84,71 @@ def follow(velocity: Velocity, start: float, travel: float, duration: float) -> 
         np.array([piece[3] for piece in merged]),
         travel,
     )
+
+
+def of_ticks(start: float, period: float, travel: Array, velocity: Array) -> Motion:
+    """Motion of a drive whose velocity is linear within each tick.
+
+    Parameters
+    ----------
+    start, period
+        Time of the first row, and from row to row [s].
+    travel, velocity
+        At the ends of the ticks [m, m/s], shape (n + 1,).
+    """
+    acceleration = np.diff(velocity) / period
+    largest = np.maximum(np.abs(acceleration[1:]), np.abs(acceleration[:-1]))
+    changes = np.abs(np.diff(acceleration)) > STEADY * np.maximum(1.0, largest)
+    rows = np.concatenate([[0], np.flatnonzero(changes) + 1, [len(acceleration)]])
+    first, last = rows[:-1], rows[1:]
+    return Motion(
+        start + period * rows,
+        travel[rows],
+        velocity[first],
+        (velocity[last] - velocity[first]) / (period * (last - first)),
+        np.ones(len(first), dtype=np.bool_),
+    )
+
+
+def through_points(time: Array, travel: Array, tolerance: float) -> Motion:
+    """Motion at constant velocities that keeps within a tolerance of measured points.
+
+    Its corners are some of the points: as few as a single pass over them finds (swinging door
+    trending, E. H. Bristol 1990). The velocity between two corners is Δtravel / Δtime, so that
+    the travel is consistent with it.
+
+    Parameters
+    ----------
+    time, travel
+        Of the points [s, m], time increasing, shape (n,) with n > 1.
+    tolerance
+        [m]
+    """
+    rows = np.empty(len(time), dtype=np.intp)
+    rows = rows[: swinging_door(time, travel, tolerance, rows)]
+    corners, reached = time[rows], travel[rows]
+    velocity = np.diff(reached) / np.diff(corners)
+    return Motion(
+        corners, reached, velocity, np.zeros_like(velocity), np.ones(len(velocity), dtype=np.bool_)
+    )
+
+
+def part_of(motion: Motion, start: float, end: float) -> Motion:
+    """Return the motion from `start` to `end` [s], both within it."""
+    first = max(0, int(np.searchsorted(motion.time, start, side="right")) - 1)
+    last = min(int(np.searchsorted(motion.time, end, side="left")), len(motion.velocity))
+    time, travel = motion.time[first : last + 1].copy(), motion.travel[first : last + 1].copy()
+    velocity, acceleration, jump = (
+        part[first:last].copy() for part in (motion.velocity, motion.acceleration, motion.jump)
+    )
+    into, until = start - time[0], end - time[-2]
+    travel[-1] = travel[-2] + until * (velocity[-1] + 0.5 * acceleration[-1] * until)
+    if into > 0.0:
+        travel[0] += into * (velocity[0] + 0.5 * acceleration[0] * into)
+        velocity[0] += acceleration[0] * into
+        jump[0] = False
+    time[0], time[-1] = start, end
+    return Motion(time, travel, velocity, acceleration, jump)
 
 
 def _merge(

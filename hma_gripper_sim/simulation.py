@@ -248,7 +248,18 @@ class Simulation:
             minimum=0.0,
             exclusive=True,
         )
-        motion = follow(velocity, self.time, self.travel, duration)
+        return self.advance_along(
+            follow(velocity, self.time, self.travel, duration), sample_period
+        )
+
+    def advance_along(self, motion: Motion, sample_period: float) -> Trace:
+        """Advance along a motion that starts at the present time and travel, like `advance`.
+
+        Parameters
+        ----------
+        sample_period
+            Of the trace [s].
+        """
         before = self.snapshot()
         start = clock.perf_counter()
         counts = self._counts()

@@ -32,6 +32,9 @@ from hma_gripper_sim.scene import SIDES, Scene
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array]
 
+ROUND_OFF = 1e-6
+"""How far the last sample may lie beyond the end because of rounding, in sample periods."""
+
 PART_NAMES = {
     TOP_BEAM: "top beam",
     SIDE_BEAM: "side beam",
@@ -100,7 +103,7 @@ class Trace:
         self._motion = motion
         self._right, self._left = records[0], records[-1]
         start, end = motion.time[0], min(record.time[-1] for record in records)
-        count = math.floor((end - start) / sample_period * (1.0 + 1e-12)) + 1
+        count = math.floor((end - start) / sample_period + ROUND_OFF) + 1
         self.time: Array = start + sample_period * np.arange(count)
 
     @cached_property
@@ -160,6 +163,12 @@ class Trace:
         knots = beam_tangent(half, record.q)
         rates = record.v @ half.phi_weights
         return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
+
+    def phi_rate(self, side: str) -> Array:
+        """Rate of the angle of deflection of one side, tangent [rad/s], shape (n_samples,)."""
+        record = self._record(side)
+        rates = record.v @ self.scene.half.phi_weights
+        return np.interp(self.time, record.time, rates)
 
     @property
     def joint_names(self) -> tuple[str, ...]:

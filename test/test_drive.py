@@ -20,9 +20,9 @@ from hma_gripper_sim import (
     Simulation,
     SimulationError,
 )
-from hma_gripper_sim.braking import TRAVEL_RESOLUTION
 from hma_gripper_sim.drive import Drive
 from hma_gripper_sim.drive_limits import DriveLimits
+from hma_gripper_sim.kernels.braking import TRAVEL_RESOLUTION
 from hma_gripper_sim.trajectory import Trajectory, WayPoint
 
 PERIOD = 0.01

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 
 from rosbags.interfaces import (
     Connection,
@@ -15,7 +15,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.errors import InputError
@@ -34,6 +34,10 @@ class LogWriter:
         The rosbag2 directory to create; its parents are created too.
     topics
         What will be written.
+    compressed
+        Whether chunks are compressed (zstd).
+    custom_data
+        Texts by name that go into the metadata.
 
     Raises
     ------
@@ -41,10 +45,21 @@ class LogWriter:
         The path exists already, or cannot be created.
     """
 
-    def __init__(self, path: Path, topics: Iterable[Topic]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        topics: Iterable[Topic],
+        *,
+        compressed: bool = False,
+        custom_data: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         if path.exists():
             raise InputError("exists already", source=str(path))
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        if compressed:
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        for name, text in custom_data.items():
+            self._writer.set_custom_data(name, text)
         try:
             self._writer.open()
         except OSError as error:

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import math
 
+from hma_gripper_sim.kernels.compiled import kernel
+
 TRAVEL_RESOLUTION = 1e-12
 """m. Distances below this are rounding: a drive aims this far inside its travel limits."""
 
 
+@kernel
 def stopping_distance(velocity: float, change: float, period: float) -> float:
     """Distance to rest from `velocity` >= 0 when every tick takes off at most `change`.
 
@@ -22,6 +25,7 @@ def stopping_distance(velocity: float, change: float, period: float) -> float:
     return period * (ticks * velocity - change * ticks * (ticks - 1) / 2 - velocity / 2)
 
 
+@kernel
 def approach_velocity(spare: float, change: float) -> float:
     """Velocity v₁ at the end of the coming tick from which braking ends exactly at the goal.
 
@@ -42,6 +46,7 @@ def approach_velocity(spare: float, change: float) -> float:
     return spare / ticks + change * (ticks - 1) / 2.0
 
 
+@kernel
 def braking_velocity(distance: float, velocity: float, change: float, period: float) -> float:
     """Largest velocity at the end of the coming tick from which `distance` still suffices.
 
@@ -60,3 +65,32 @@ def braking_velocity(distance: float, velocity: float, change: float, period: fl
     if spare * period < TRAVEL_RESOLUTION:
         return 0.0
     return approach_velocity(spare, change)
+
+
+@kernel
+def limited_velocity(
+    wanted: float,
+    velocity: float,
+    ahead: float,
+    behind: float,
+    change: float,
+    period: float,
+) -> tuple[float, bool]:
+    """Velocity at the end of the coming tick that comes closest to the wanted one [m/s].
+
+    Also returns whether a travel limit holds it back.
+
+    Parameters
+    ----------
+    velocity
+        Present velocity [m/s].
+    ahead, behind
+        Travel left to the upper and to the lower limit, now [m].
+    change, period
+        As for `braking_velocity`.
+    """
+    near = min(max(wanted, velocity - change), velocity + change)
+    highest = braking_velocity(ahead, velocity, change, period)
+    lowest = -braking_velocity(behind, -velocity, change, period)
+    reached = min(max(near, lowest), highest)
+    return reached, reached != near

@@ -1,0 +1,200 @@
+"""What the gripper is made to do in a replay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hma_gripper_sim.drive_limits import DriveLimits
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.experiment import Segment
+from hma_gripper_sim.kernels.drive_profile import drive_profile
+from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
+from hma_gripper_sim.motion import of_ticks, through_points
+
+FASTEST = 1.0
+"""Largest velocity [m/s] that a measured travel may have: beyond it, it has jumped."""
+
+RENEWAL = 0.1
+"""Time [s] between two commands of the same velocity in a plan."""
+
+_ARRIVED = 1e-9
+"""How near [m] to a way point the gripper is at it."""
+
+_EARLY = 1e-6
+"""Share of a tick by which rounding may put a command before the tick that it was logged at."""
+
+_NO_COMMANDS = Series(np.empty(0), np.empty(0))
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion of the prismatic joint, and where it comes from.
+
+    Parameters
+    ----------
+    basis
+        What it follows, in words.
+    start
+        Stamp of its time 0 [ns].
+    motion
+        From time 0.
+    commands
+        The velocities that were sent [s, m/s]; none where it follows a measured travel.
+    notes
+        What the user should know about it.
+    """
+
+    basis: str
+    start: int
+    motion: Motion
+    commands: Series = _NO_COMMANDS
+    notes: tuple[str, ...] = ()
+
+    @property
+    def travel(self) -> float:
+        """Where it starts [m]."""
+        return float(self.motion.travel[0])
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.motion.time[-1])
+
+
+def commanded(recording: Recording, limits: DriveLimits, period: float) -> Course:
+    """Let the node's drive take the recorded commands again.
+
+    The first tick ends one period after the first sample of the travel. A command is taken by
+    the tick in whose time it was logged; one that was logged at the very end of a tick is taken
+    by the next: it was logged by someone who had seen that tick's results.
+
+    Parameters
+    ----------
+    recording
+        With ``velocity_command``, and with ``travel`` if it is known where the gripper was.
+    limits
+        Of the drive.
+    period
+        Of its ticks [s].
+    """
+    commands = recording["velocity_command"]
+    begin, end = float(commands.time[0]), float(commands.time[-1]) + limits.command_timeout
+    travel = 0.0
+    if "travel" in recording.signals:
+        measured = recording["travel"]
+        begin, end = float(measured.time[0]), float(measured.time[-1])
+        travel = float(measured.value[0])
+    count = math.floor((end - begin) / period + _EARLY)
+    if count < 1:
+        raise InputError(
+            f"lasts {end - begin:g} s, less than one tick", field="travel", source=recording.source
+        )
+    ticks = np.floor((commands.time - begin) / period + _EARLY).astype(np.int64)
+    known = ticks < count
+    taken = np.full(count, np.nan)
+    taken[np.maximum(ticks[known], 0)] = commands.value[known]
+    widened = replace(
+        limits,
+        travel_min=min(limits.travel_min, travel),
+        travel_max=max(limits.travel_max, travel),
+    )
+    notes = []
+    if widened != limits:
+        notes.append(
+            f"the log starts at a travel of {travel * 1e3:.4g} mm, outside the drive's range "
+            f"{limits.travel_min * 1e3:.4g} to {limits.travel_max * 1e3:.4g} mm, which was widened"
+        )
+    motion = _driven(taken, widened, period, travel)
+    sent = Series(commands.time[known] - begin, commands.value[known])
+    start = recording.start + round(1e9 * begin)
+    return Course("the commanded velocity", start, motion, sent, tuple(notes))
+
+
+def measured(recording: Recording, tolerance: float) -> Course:
+    """Follow the recorded travel within a tolerance [m], at constant velocities between samples.
+
+    Raises
+    ------
+    InputError
+        There are fewer than two samples, or the travel jumps.
+    """
+    travel = recording["travel"]
+    distinct = np.append(np.diff(travel.time) > 0.0, True)  # a paused node repeats its stamp
+    time, value = travel.time[distinct], travel.value[distinct]
+    if len(time) < 2:
+        raise InputError("a single sample is no motion", field="travel", source=recording.source)
+    rates = np.diff(value) / np.diff(time)
+    fastest = int(np.argmax(np.abs(rates)))
+    if abs(rates[fastest]) > FASTEST:
+        raise InputError(
+            f"jumps by {(value[fastest + 1] - value[fastest]) * 1e3:.4g} mm at {time[fastest]:g} s "
+            "of the log, as after a reset: replay the parts before and after it on their own",
+            field="travel",
+            source=recording.source,
+        )
+    motion = through_points(time - time[0], value, tolerance)
+    return Course("the measured travel", recording.start + round(1e9 * float(time[0])), motion)
+
+
+def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> Course:
+    """Command the segments of a motion from the start pose, as the demo does over ROS.
+
+    A segment that moves is commanded until its end has been reached, a hold for its time; at the
+    end the drive is stopped.
+    """
+    taken: list[FloatArray] = []
+    travel, velocity, target = 0.0, 0.0, 0.0
+    renewal = max(1, round(RENEWAL / period))
+    for segment in (*segments, Segment(0.0, limits.max_velocity / limits.max_acceleration)):
+        target += segment.velocity * segment.duration
+        sign = np.sign(segment.velocity)
+        # Reaching it may take longer by the ramps of the drive.
+        ramps = 2.0 * (abs(velocity) + abs(segment.velocity)) / limits.max_acceleration
+        extra = math.ceil(ramps / period) + 2 if sign else 0
+        commands = np.full(math.ceil(segment.duration / period - _EARLY) + extra, np.nan)
+        commands[::renewal] = segment.velocity
+        travels, velocities = _profile(commands, limits, period, travel, velocity)
+        count = len(commands)
+        if sign:
+            reached = np.flatnonzero(sign * (travels[1:] - target) >= -_ARRIVED)
+            count = int(reached[0]) + 1 if reached.size else count
+        taken.append(commands[:count])
+        travel, velocity = float(travels[count]), float(velocities[count])
+    commands = np.concatenate(taken)
+    sent = np.flatnonzero(~np.isnan(commands))
+    return Course(
+        "the experiment's motion",
+        0,
+        _driven(commands, limits, period, 0.0),
+        Series(period * sent, commands[sent]),
+    )
+
+
+def _driven(commands: FloatArray, limits: DriveLimits, period: float, travel: float) -> Motion:
+    travels, velocities = _profile(commands, limits, period, travel, 0.0)
+    return of_ticks(0.0, period, travels, velocities)
+
+
+def _profile(
+    commands: FloatArray, limits: DriveLimits, period: float, travel: float, velocity: float
+) -> tuple[FloatArray, FloatArray]:
+    """Travel [m] and velocity [m/s] of the drive at the ends of its ticks, from a start on."""
+    travels, velocities = np.empty((2, len(commands) + 1))
+    travels[0], velocities[0] = travel, velocity
+    drive_profile(
+        commands,
+        limits.max_velocity,
+        limits.max_acceleration * period,
+        limits.travel_min,
+        limits.travel_max,
+        limits.timeout_ticks(period),
+        period,
+        travels,
+        velocities,
+    )
+    return travels, velocities

@@ -1,0 +1,174 @@
+"""The simulation along a course, in blocks of bounded memory, and the log of it."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
+from hma_gripper_sim.logs.signals import SLIDE
+from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, LOGGED_TOPICS
+from hma_gripper_sim.logs.writer import LogWriter
+from hma_gripper_sim.motion import part_of
+from hma_gripper_sim.outcome import SimulationError
+from hma_gripper_sim.replay.course import Course
+from hma_gripper_sim.replay.messages import TickMessages, contour_message, velocity_message
+from hma_gripper_sim.replay.parameters import PARAMETERS_KEY, Parameters
+from hma_gripper_sim.simulation import Simulation
+from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
+
+BLOCK = 4000
+"""Samples that are simulated, turned into messages and written at a time."""
+
+LEAD_IN_VELOCITY, LEAD_IN_REST = 0.004, 1.0
+"""How a replay that starts elsewhere than at the start pose gets there [m/s], and then rests [s].
+
+What the gripper did before the log began is not known; it is taken to have come straight down.
+"""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What a replay gave.
+
+    Attributes
+    ----------
+    recording
+        The signals that were logged.
+    touches
+        What of the gripper touched although the contact model leaves it out, the first of each.
+    """
+
+    recording: Recording
+    touches: tuple[str, ...]
+
+
+def replay(
+    course: Course,
+    parameters: Parameters,
+    output: Path,
+    period_ns: int,
+    progress: Callable[[float], None] = lambda time: None,
+) -> Replay:
+    """Simulate a scene along a course, and write what the node would have published.
+
+    The same course and parameters give the same log, byte for byte.
+
+    Parameters
+    ----------
+    output
+        The rosbag2 directory to create.
+    period_ns
+        Between two samples in the log [ns].
+    progress
+        Called with the time of the course that has been written [s].
+
+    Raises
+    ------
+    InputError
+        The log cannot be written.
+    SimulationError
+        The simulation could not go on; what was simulated before is in the log.
+    """
+    simulation = Simulation(parameters.scene, parameters.tolerance)
+    texts = {PARAMETERS_KEY: json.dumps(dict(parameters.given), sort_keys=True)}
+    messages = TickMessages(parameters.scene.joint_names)
+    touches: dict[tuple[str, str], str] = {}
+    blocks = []
+    with LogWriter(output, LOGGED_TOPICS, compressed=True, custom_data=texts) as log:
+        log.write(CONTOUR.name, course.start, contour_message(parameters.contour))
+        commands = _commands(course, period_ns)
+        due, velocity = next(commands)
+        for trace, kept, stamps in _blocks(simulation, course, period_ns):
+            for topic, stamp, content in messages.of(trace, kept, stamps):
+                while due < stamp:
+                    log.write(CMD_VELOCITY.name, due, velocity_message(velocity))
+                    due, velocity = next(commands)
+                log.write(topic.name, stamp, content)
+            blocks.append(_signals(trace, kept, stamps))
+            for touch in trace.warnings:
+                touches.setdefault((touch.part, touch.side), str(touch))
+            progress((int(stamps[-1]) - course.start) * 1e-9)
+    return Replay(_recording(str(output), blocks), tuple(touches.values()))
+
+
+_Block = tuple[Trace, slice, "np.ndarray[tuple[int], np.dtype[np.int64]]"]
+
+
+def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[_Block]:
+    """Yield traces, which of their samples are new, and the stamps of these [ns]."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnmodelledContactWarning)  # each trace holds its own
+        warnings.simplefilter("ignore", RuntimeWarning)  # the outcome is looked at below
+        _lead_in(simulation, course.travel)
+        begin, period = simulation.time, period_ns * 1e-9
+        motion = course.motion._replace(time=course.motion.time + begin)
+        count = int(course.duration / period + 1e-6)
+        done, first = 0, 0  # samples so far; the very first one is new as well
+        while done < count:
+            upto = min(done + BLOCK, count)
+            last = upto == count
+            end = float(motion.time[-1]) if last else begin + period * upto
+            trace = simulation.advance_along(part_of(motion, simulation.time, end), period)
+            kept = slice(first, upto - done + 1)
+            stamps = course.start + period_ns * np.arange(done + first, upto + 1, dtype=np.int64)
+            if not trace.stats.converged:
+                stamps = stamps[: max(0, len(trace.time) - first)]
+                if len(stamps):
+                    yield trace, slice(first, len(trace.time)), stamps
+                time = float(trace.time[-1]) - begin
+                raise SimulationError(trace.stats.outcome, time)
+            yield trace, kept, stamps
+            done, first = upto, 1
+
+
+def _lead_in(simulation: Simulation, travel: float) -> None:
+    """Bring the gripper from the start pose to where the course starts, and let it rest."""
+    if travel == 0.0:
+        return
+    duration = abs(travel) / LEAD_IN_VELOCITY
+    for length, velocity in ((duration, travel / duration), (LEAD_IN_REST, 0.0)):
+        trace = simulation.advance(length, velocity, length)
+        if not trace.stats.converged:
+            raise SimulationError(trace.stats.outcome, float(trace.time[-1]))
+
+
+def _commands(course: Course, period_ns: int) -> Iterator[tuple[int, float]]:
+    """Yield stamp [ns] and velocity of the commands; at the end one that is never due.
+
+    Of repetitions within one sample only the last is kept: it is what a timeout counts from.
+    """
+    stamps = course.start + np.round(1e9 * course.commands.time).astype(np.int64)
+    values = course.commands.value
+    if len(values):
+        sample = (stamps - course.start) // period_ns
+        kept = np.append((np.diff(values) != 0.0) | (np.diff(sample) != 0), True)
+        kept[1:] |= np.diff(values) != 0.0
+        kept[0] = True
+        yield from zip(stamps[kept].tolist(), values[kept].tolist(), strict=True)
+    yield 2**63, 0.0
+
+
+def _signals(trace: Trace, kept: slice, stamps: FloatArray) -> dict[str, FloatArray]:
+    revolute = [name != SLIDE for name in trace.joint_names]
+    return {
+        "stamp": stamps,
+        "travel": trace.travel[kept],
+        "actuator_force": trace.actuator_force[kept],
+        "phi_left": trace.phi_left[kept],
+        "phi_right": trace.phi_right[kept],
+        "bending_moment": np.abs(trace.joint_effort[kept][:, revolute]).max(axis=1),
+    }
+
+
+def _recording(source: str, blocks: list[dict[str, FloatArray]]) -> Recording:
+    joined = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
+    stamps = joined.pop("stamp")
+    start = int(stamps[0])
+    time = (stamps - start).astype(np.float64) * 1e-9
+    return Recording(source, {name: Series(time, value) for name, value in joined.items()}, start)
