@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hma_gripper_sim import config_directory
-from hma_gripper_sim.comparison import align, compare
+from hma_gripper_sim.comparison.criteria import align, compare
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
@@ -100,7 +100,7 @@ def run_demo(
             progress.advance(evaluating)
     write_report(report, results)
     for result in results:
-        console.print(terminal_table(result))
+        console.print(terminal_table(result.experiment.title, result.comparisons))
     passed = all(result.passed for result in results)
     verdict = "every figure is inside its bound" if passed else "figures are outside their bounds"
     console.print(f"{verdict}; report: {report / 'summary.md'}", soft_wrap=True)

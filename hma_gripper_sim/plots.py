@@ -20,10 +20,10 @@ from hma_gripper_sim.outline import gripper_outline
 from hma_gripper_sim.scene import Scene
 
 # Okabe and Ito's palette, told apart by colour-blind readers too.
-_BLUE, _VERMILLION, _BLACK, _GREY, _AMBER = "#0072B2", "#D55E00", "#222222", "#8A8A8A", "#E69F00"
+BLUE, VERMILLION, BLACK, GREY, AMBER = "#0072B2", "#D55E00", "#222222", "#8A8A8A", "#E69F00"
 
-_STYLE: dict[Any, Any] = {
-    "axes.edgecolor": _BLACK,
+STYLE: dict[Any, Any] = {
+    "axes.edgecolor": BLACK,
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -40,14 +40,14 @@ def plot_force(path: Path, run: Run, experiment: Experiment) -> None:
     """Draw the actuator force over time with the published figures (thesis Fig. 5.4)."""
     force = run.recording["actuator_force"]
     with _axes(path, "Time [s]", "Actuator force $F_{act}$ [N]") as axes:
-        axes.axhline(0.0, color=_BLACK, linewidth=0.8)
-        axes.plot(force.time, force.value, color=_BLUE, label="simulated")
+        axes.axhline(0.0, color=BLACK, linewidth=0.8)
+        axes.plot(force.time, force.value, color=BLUE, label="simulated")
         for criterion in _published(experiment, "peak_actuator_force"):
             axes.fill_between(
                 [0.0, criterion.time],
                 criterion.lower,
                 criterion.upper,
-                color=_GREY,
+                color=GREY,
                 alpha=0.25,
                 linewidth=0.0,
                 label=f"peak in the thesis, {criterion.source}",
@@ -57,7 +57,7 @@ def plot_force(path: Path, run: Run, experiment: Experiment) -> None:
 
 def plot_phi(path: Path, run: Run, experiment: Experiment) -> None:
     """Draw φ over time with the measured angles and the published figures (thesis Fig. 5.5)."""
-    sides = (("left", _BLUE, "-", "<"), ("right", _VERMILLION, "--", ">"))
+    sides = (("left", BLUE, "-", "<"), ("right", VERMILLION, "--", ">"))
     with _axes(path, "Time [s]", "Angle of deflection φ [°]") as axes:
         for side, colour, line, _ in sides:
             phi = run.recording[f"phi_{side}"]
@@ -86,7 +86,7 @@ def plot_phi(path: Path, run: Run, experiment: Experiment) -> None:
                     criterion.time,
                     np.degrees(criterion.expected),
                     "D",
-                    color=_BLACK,
+                    color=BLACK,
                     markerfacecolor="none",
                     label=f"thesis, {criterion.source}",
                 )
@@ -114,16 +114,16 @@ def plot_snapshots(
     columns = (len(frames) + 1) // 2
     width = 2.4 * columns
     height = 2 * (width / columns * (top - bottom) / (right - left) + 0.3)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         panels = figure.subplots(2, columns, sharex=True, sharey=True, squeeze=False)
         for axes in panels.flat:
             axes.set_axis_off()
         for axes, time, bodies in zip(panels.flat, times, frames, strict=False):
-            axes.add_patch(Polygon(object_outline, facecolor="#D9D9D9", edgecolor=_GREY))
+            axes.add_patch(Polygon(object_outline, facecolor="#D9D9D9", edgecolor=GREY))
             for body in bodies:
                 axes.add_patch(
-                    Polygon(1e3 * body, facecolor=_AMBER, edgecolor="#9C6A00", linewidth=0.4)
+                    Polygon(1e3 * body, facecolor=AMBER, edgecolor="#9C6A00", linewidth=0.4)
                 )
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
             axes.set_title(f"{time:.2g} s")
@@ -134,7 +134,7 @@ def plot_snapshots(
 @contextmanager
 def _axes(path: Path, x_label: str, y_label: str) -> Iterator[Axes]:
     """Provide axes in this module's style and save their figure."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         axes = figure.subplots()
         axes.set(xlabel=x_label, ylabel=y_label)
@@ -147,7 +147,7 @@ def _published(experiment: Experiment, figure: str) -> list[Criterion]:
 
 
 def _finish(axes: Axes, experiment: Experiment) -> None:
-    axes.axvline(experiment.approach, color=_GREY, linewidth=0.8, linestyle=":", zorder=0)
+    axes.axvline(experiment.approach, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     axes.annotate(
         "lowest position",
         (experiment.approach, 1.0),
@@ -155,7 +155,7 @@ def _finish(axes: Axes, experiment: Experiment) -> None:
         xycoords=("data", "axes fraction"),
         textcoords="offset points",
         va="top",
-        color=_GREY,
+        color=GREY,
         fontsize=8,
     )
     axes.set_xlim(0.0, experiment.way_points[-1][0])
@@ -164,5 +164,5 @@ def _finish(axes: Axes, experiment: Experiment) -> None:
 
 
 def _scale_bar(axes: Axes, left: float, bottom: float) -> None:
-    axes.plot([left + 2.0, left + 12.0], [bottom + 2.0] * 2, color=_BLACK, linewidth=2.0)
+    axes.plot([left + 2.0, left + 12.0], [bottom + 2.0] * 2, color=BLACK, linewidth=2.0)
     axes.text(left + 7.0, bottom + 3.0, "10 mm", ha="center", va="bottom", fontsize=8)

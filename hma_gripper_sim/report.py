@@ -11,11 +11,11 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from hma_gripper_sim.comparison import Comparison
+from hma_gripper_sim.comparison.criteria import Comparison
 from hma_gripper_sim.experiment import Experiment
 from hma_gripper_sim.logs.figures import FIGURES
 
-_HEADINGS = ("figure", "simulated", "expected", "error", "inside", "source")
+HEADINGS = ("figure", "simulated", "expected", "error", "inside", "source")
 
 
 @dataclass(frozen=True)
@@ -33,21 +33,21 @@ class Result:
         return all(comparison.inside for comparison in self.comparisons)
 
 
-def terminal_table(result: Result) -> Table:
-    """Return a result's comparisons as a table for a rich console."""
+def terminal_table(title: str, comparisons: Sequence[Comparison]) -> Table:
+    """Return comparisons as a table for a rich console."""
     table = Table(
-        title=result.experiment.title,
+        title=title,
         title_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
-    for heading in _HEADINGS[:-1]:
+    for heading in HEADINGS[:-1]:
         numeric = heading in ("simulated", "error")
         table.add_column(heading, justify="right" if numeric else "left", no_wrap=True)
-    table.add_column(_HEADINGS[-1])
-    for comparison in result.comparisons:
+    table.add_column(HEADINGS[-1])
+    for comparison in comparisons:
         style = None if comparison.inside else "bold red"
-        table.add_row(*_cells(comparison), style=style)
+        table.add_row(*cells(comparison), style=style)
     return table
 
 
@@ -62,7 +62,8 @@ def write_report(directory: Path, results: Sequence[Result]) -> None:
     (directory / "report.json").write_text(text + "\n", encoding="utf-8")
 
 
-def _cells(comparison: Comparison) -> tuple[str, ...]:
+def cells(comparison: Comparison) -> tuple[str, ...]:
+    """Return a comparison as text, as `HEADINGS` names it."""
     criterion = comparison.criterion
     figure = FIGURES[criterion.figure]
     error = comparison.relative_error
@@ -99,9 +100,9 @@ def _markdown(directory: Path, results: Sequence[Result]) -> str:
             "",
             result.experiment.source,
             "",
-            _row(_HEADINGS),
-            _row(["---"] * len(_HEADINGS)),
-            *(_row(_cells(comparison)) for comparison in result.comparisons),
+            _row(HEADINGS),
+            _row(["---"] * len(HEADINGS)),
+            *(_row(cells(comparison)) for comparison in result.comparisons),
             "",
             f"Log: `{result.log.relative_to(directory)}`",
             "",
@@ -121,22 +122,25 @@ def _plain(directory: Path, result: Result) -> dict[str, object]:
         "source": result.experiment.source,
         "log": str(result.log.relative_to(directory)),
         "passed": result.passed,
-        "comparisons": [
-            {
-                "figure": comparison.criterion.figure,
-                "time": comparison.criterion.time,
-                "unit": FIGURES[comparison.criterion.figure].unit,
-                "value": _finite(comparison.value),
-                "expected": comparison.criterion.expected,
-                "relative_error": _finite(comparison.relative_error),
-                "lower": _finite(comparison.criterion.lower),
-                "upper": _finite(comparison.criterion.upper),
-                "judged": comparison.judged,
-                "inside": comparison.inside,
-                "source": comparison.criterion.source,
-            }
-            for comparison in result.comparisons
-        ],
+        "comparisons": [plain(comparison) for comparison in result.comparisons],
+    }
+
+
+def plain(comparison: Comparison) -> dict[str, object]:
+    """Return a comparison as JSON can hold it, SI."""
+    criterion = comparison.criterion
+    return {
+        "figure": criterion.figure,
+        "time": criterion.time,
+        "unit": FIGURES[criterion.figure].unit,
+        "value": _finite(comparison.value),
+        "expected": criterion.expected,
+        "relative_error": _finite(comparison.relative_error),
+        "lower": _finite(criterion.lower),
+        "upper": _finite(criterion.upper),
+        "judged": comparison.judged,
+        "inside": comparison.inside,
+        "source": criterion.source,
     }
 
 

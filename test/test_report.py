@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from hma_gripper_sim import config_directory
-from hma_gripper_sim.comparison import Comparison
+from hma_gripper_sim.comparison.criteria import Comparison
 from hma_gripper_sim.experiment import Criterion
 from hma_gripper_sim.experiment_file import read_experiment
 from hma_gripper_sim.report import Result, terminal_table, write_report
@@ -34,7 +34,7 @@ def result(directory: Path, *comparisons: Comparison) -> Result:
 
 def printed(shown: Result) -> list[list[str]]:
     console = Console(file=io.StringIO(), width=120)
-    console.print(terminal_table(shown))
+    console.print(terminal_table(shown.experiment.title, shown.comparisons))
     assert isinstance(console.file, io.StringIO)
     return [line.split() for line in console.file.getvalue().splitlines()]
 

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import GripperDesign, config_directory, simulate
-from hma_gripper_sim.comparison import align
+from hma_gripper_sim.comparison.criteria import align
 from hma_gripper_sim.experiment_file import read_experiment
 from hma_gripper_sim.logs.reader import read_recording
 

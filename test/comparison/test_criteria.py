@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import GripperDesign, InputError, config_directory
-from hma_gripper_sim.comparison import MAX_TRAVEL_ERROR, Comparison, align, compare
+from hma_gripper_sim.comparison.criteria import MAX_TRAVEL_ERROR, Comparison, align, compare
 from hma_gripper_sim.experiment import Criterion
 from hma_gripper_sim.experiment_file import read_experiment
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series

@@ -1,0 +1,151 @@
+"""Matching the time of two logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import fftconvolve
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
+
+METHODS = ("auto", "stamps", "travel")
+
+SHARED = 0.5
+"""Share of the shorter log that has to lie within the other for a match."""
+
+STEP = 0.02
+"""Least resolution [s] of the first search for an offset; refined afterwards."""
+
+MAX_SAMPLES = 200_000
+"""Of the first search: longer logs are searched more coarsely."""
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """How the time of a simulated log is matched with that of an experiment.
+
+    Attributes
+    ----------
+    method
+        ``stamps`` or ``travel``.
+    offset
+        Is subtracted from the simulated log's own time [s].
+    travel_rmse
+        What is left between the travels [m]; None where one of them is not known.
+    """
+
+    method: str
+    offset: float
+    travel_rmse: float | None
+
+    @property
+    def description(self) -> str:
+        """In words."""
+        if self.method == "stamps":
+            text = "aligned by their stamps"
+        else:
+            text = f"aligned by the travel: the simulated log is shifted by {-self.offset:.6g} s"
+        if self.travel_rmse is None:
+            return text
+        return f"{text}; travels then differ by {self.travel_rmse * 1e3:.3g} mm RMS"
+
+
+def align_recordings(
+    simulated: Recording, experiment: Recording, method: str = "auto"
+) -> tuple[Recording, Alignment]:
+    """Move a simulated recording to the time of an experiment's.
+
+    Parameters
+    ----------
+    method
+        ``stamps``: the stamps are of one clock. ``travel``: by the offset that makes the travels
+        differ least. ``auto``: by the stamps where the logs overlap by them, else by the travel.
+
+    Raises
+    ------
+    InputError
+        The logs do not overlap by their stamps, or a travel is missing or never changes.
+    """
+    by_stamps = 1e-9 * (experiment.start - simulated.start)
+    if method != "travel":
+        ours, theirs = _range(simulated), _range(experiment)
+        shared = min(ours[1] - by_stamps, theirs[1]) - max(ours[0] - by_stamps, theirs[0])
+        shorter = min(ours[1] - ours[0], theirs[1] - theirs[0])
+        if shared >= SHARED * shorter:
+            moved = simulated.delayed(by_stamps)
+            return moved, Alignment("stamps", by_stamps, _travel_rmse(moved, experiment))
+        if method == "stamps":
+            raise InputError(
+                "by their stamps the logs do not overlap: align them by the travel",
+                source=simulated.source,
+            )
+    offset = best_offset(simulated["travel"], experiment["travel"], simulated.source)
+    moved = simulated.delayed(offset)
+    return moved, Alignment("travel", offset, _travel_rmse(moved, experiment))
+
+
+def best_offset(simulated: Series, experiment: Series, source: str = "") -> float:
+    """Return what to subtract from the simulated time for the travels to differ least [s].
+
+    At least half of the shorter one has to lie within the other.
+    """
+    step = max(
+        STEP, (_length(simulated) + _length(experiment)) / MAX_SAMPLES
+    )
+    ours, theirs = _even(simulated, step), _even(experiment, step)
+    for travel, whose in ((ours, "simulated"), (theirs, "experiment's")):
+        if np.ptp(travel) == 0.0:
+            raise InputError(
+                f"the {whose} travel never changes: there is nothing to align by",
+                field="travel",
+                source=source,
+            )
+    # Mean square of ours[i + lag] - theirs[i] over the overlap, for every lag at once.
+    ones = np.ones(len(theirs))
+    count = fftconvolve(np.ones(len(ours)), ones[::-1])
+    squares = fftconvolve(ours**2, ones[::-1]) + fftconvolve(np.ones(len(ours)), theirs[::-1] ** 2)
+    error = (squares - 2.0 * fftconvolve(ours, theirs[::-1])) / np.maximum(count, 1.0)
+    enough = count >= SHARED * min(len(ours), len(theirs)) - 0.5
+    lag = int(np.argmin(np.where(enough, error, np.inf))) - (len(theirs) - 1)
+    coarse = lag * step + float(simulated.time[0] - experiment.time[0])
+
+    def misfit(offset: float) -> float:
+        return _rmse(Series(simulated.time - offset, simulated.value), experiment)
+
+    found = minimize_scalar(
+        misfit, bounds=(coarse - 2.0 * step, coarse + 2.0 * step), method="bounded",
+        options={"xatol": 1e-6},
+    )
+    return float(found.x)
+
+
+def _range(recording: Recording) -> tuple[float, float]:
+    times = [series.time for series in recording.signals.values()]
+    return min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
+
+
+def _length(series: Series) -> float:
+    return float(series.time[-1] - series.time[0])
+
+
+def _even(series: Series, step: float) -> FloatArray:
+    grid = np.arange(series.time[0], series.time[-1] + 0.5 * step, step)
+    return np.interp(grid, series.time, series.value)
+
+
+def _travel_rmse(moved: Recording, experiment: Recording) -> float | None:
+    if "travel" not in moved.signals or "travel" not in experiment.signals:
+        return None
+    return _rmse(moved["travel"], experiment["travel"])
+
+
+def _rmse(a: Series, b: Series) -> float:
+    """Root mean square difference where both are known; infinite if that is nowhere."""
+    common = b.between(float(a.time[0]), float(a.time[-1]))
+    if not len(common.time):
+        return np.inf
+    difference = np.interp(common.time, a.time, a.value) - common.value
+    return float(np.sqrt(np.mean(difference**2)))

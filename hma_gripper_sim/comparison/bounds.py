@@ -1,0 +1,72 @@
+"""The errors that a comparison may have, for a program to judge it by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hma_gripper_sim.comparison.errors import QUANTITIES
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.quantities import quantity
+
+ALIASES = {"phi": "phi_mean", "force": "actuator_force"}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The largest error that a signal may have anywhere.
+
+    Attributes
+    ----------
+    name
+        Of the signal.
+    limit
+        [SI], or relative to the largest magnitude of the experiment's signal.
+    relative
+        Which of both.
+    """
+
+    name: str
+    limit: float
+    relative: bool
+
+    @property
+    def text(self) -> str:
+        """The limit, in words."""
+        shown = QUANTITIES[self.name]
+        if self.relative:
+            return f"{100.0 * self.limit:g} %"
+        return f"{self.limit * shown.shown_per_si:g} {shown.shown_unit}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A bound, and the largest error that was found [SI, or relative]."""
+
+    bound: Bound
+    largest: float
+
+    @property
+    def inside(self) -> bool:
+        """Whether the bound is kept (NaN never is)."""
+        return self.largest <= self.bound.limit
+
+    @property
+    def text(self) -> str:
+        """The error, in words."""
+        shown = QUANTITIES[self.bound.name]
+        if self.bound.relative:
+            return f"{100.0 * self.largest:.3g} %"
+        return f"{self.largest * shown.shown_per_si:.3g} {shown.shown_unit}"
+
+
+def read_bound(text: str) -> Bound:
+    """Read a bound such as ``phi=2%``, ``actuator_force=0.02N`` or ``travel=0.1mm``."""
+    name, _, limit = (part.strip() for part in text.partition("="))
+    name = ALIASES.get(name, name)
+    field = "--max-error"
+    if name not in QUANTITIES:
+        known = ", ".join((*ALIASES, *QUANTITIES))
+        raise InputError(f"expected SIGNAL=LIMIT with one of {known}; got {text!r}", field=field)
+    relative = limit.endswith("%")
+    unit = "" if relative else QUANTITIES[name].unit
+    return Bound(name, quantity(limit, unit, field=f"{field} {name}", minimum=0.0), relative)

@@ -1,0 +1,167 @@
+"""One simulated log compared with an experiment or with another log: the result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hma_gripper_sim.comparison.alignment import align_recordings
+from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
+from hma_gripper_sim.comparison.bounds import Bound, Verdict
+from hma_gripper_sim.comparison.criteria import Comparison, align, compare
+from hma_gripper_sim.comparison.errors import SignalErrors, signal_errors
+from hma_gripper_sim.comparison.phases import Phases, find_phases
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.experiment import Experiment
+from hma_gripper_sim.logs.recording import Recording
+
+
+@dataclass(frozen=True)
+class LogComparison:
+    """How far a simulated log is from an experiment.
+
+    Attributes
+    ----------
+    title, simulated, experiment
+        What is compared, in words, and the paths of both.
+    alignment
+        How their times were matched, in words.
+    angles
+        Rows of Table 5.3; empty where no angles were measured at instants.
+    criteria
+        What the experiment states, beside what was found.
+    signals
+        Errors over time; empty where the experiment has no log.
+    phases
+        Of the experiment's log; None without one.
+    verdicts
+        On the asked bounds.
+    notes
+        What was recovered or left out.
+    """
+
+    title: str
+    simulated: str
+    experiment: str
+    alignment: str
+    angles: tuple[AngleComparison, ...] = ()
+    criteria: tuple[Comparison, ...] = ()
+    signals: tuple[SignalErrors, ...] = ()
+    phases: Phases | None = None
+    verdicts: tuple[Verdict, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the experiment's own bounds and the asked ones are kept."""
+        return all(c.inside for c in self.criteria) and all(v.inside for v in self.verdicts)
+
+
+def compare_recordings(
+    simulated: Recording,
+    experiment: Recording,
+    *,
+    title: str,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare two logs.
+
+    Parameters
+    ----------
+    method
+        See `align_recordings`.
+    instants
+        Times of the experiment's log to report as well [s].
+    bounds
+        To judge by.
+
+    Raises
+    ------
+    InputError
+        The logs cannot be aligned, have no signal in common, or lack one that a bound is on.
+    """
+    moved, alignment = align_recordings(simulated, experiment, method)
+    phases = None
+    if "travel" in experiment.signals:
+        phases = find_phases(experiment["travel"], experiment.signals.get("actuator_force"))
+    signals = tuple(signal_errors(moved, experiment, phases, instants))
+    if not signals:
+        raise InputError(
+            f"has no signal at a time at which {experiment.source} has it as well",
+            source=simulated.source,
+        )
+    return LogComparison(
+        title,
+        simulated.source,
+        experiment.source,
+        alignment.description,
+        signals=signals,
+        phases=phases,
+        verdicts=tuple(_judge_signal(bound, signals, experiment.source) for bound in bounds),
+        notes=_notes(simulated, experiment, signals),
+    )
+
+
+def compare_instants(
+    simulated: Recording, experiment: Experiment, path: str, bounds: Sequence[Bound] = ()
+) -> LogComparison:
+    """Compare a log with what an experiment measured at instants.
+
+    Raises
+    ------
+    InputError
+        The log does not cover the experiment's approach, or a bound is on what was not measured.
+    """
+    run = align(simulated, experiment, experiment.design)
+    offset = (run.recording.start - simulated.start) * 1e-9
+    criteria = compare(run, experiment)
+    return LogComparison(
+        experiment.title,
+        simulated.source,
+        path,
+        "aligned by the travel of the approach: the experiment's motion starts at "
+        f"{offset:.6g} s of the simulated log",
+        angles=tuple(compare_angles(run, experiment)),
+        criteria=criteria,
+        verdicts=tuple(_judge_criterion(bound, criteria, path) for bound in bounds),
+        notes=_notes(simulated),
+    )
+
+
+def _judge_signal(bound: Bound, signals: Sequence[SignalErrors], source: str) -> Verdict:
+    for signal in signals:
+        if signal.name == bound.name:
+            scale = signal.largest if bound.relative else 1.0
+            error = signal.overall.maximum
+            return Verdict(bound, error / scale if error else 0.0)
+    raise InputError("is not in both logs", field=f"--max-error {bound.name}", source=source)
+
+
+def _judge_criterion(bound: Bound, criteria: Sequence[Comparison], source: str) -> Verdict:
+    errors = [
+        abs(c.value - c.criterion.expected) / (abs(c.criterion.expected) if bound.relative else 1.0)
+        for c in criteria
+        if c.criterion.figure == bound.name and c.criterion.expected
+    ]
+    if not errors:
+        raise InputError("was not measured", field=f"--max-error {bound.name}", source=source)
+    return Verdict(bound, max(errors))
+
+
+def _notes(
+    simulated: Recording, experiment: Recording | None = None, signals: Sequence[SignalErrors] = ()
+) -> tuple[str, ...]:
+    recordings = (simulated,) if experiment is None else (simulated, experiment)
+    notes = [
+        f"{recording.source}: {note}"
+        for recording in recordings
+        for note in getattr(recording, "notes", ())
+    ]
+    notes += [
+        f"{signal.quantity.label}: {signal.skipped} samples not compared, in gaps of the other log"
+        for signal in signals
+        if signal.skipped
+    ]
+    return tuple(notes)

@@ -1,0 +1,172 @@
+"""A comparison in the terminal, and for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
+from hma_gripper_sim.comparison.comparing import LogComparison
+from hma_gripper_sim.comparison.errors import Errors, InstantError, SignalErrors
+from hma_gripper_sim.report import plain, terminal_table
+
+ERROR_HEADINGS = ("signal", "over", "RMSE", "largest", "at", "bias", "relative", "spread")
+INSTANT_HEADINGS = ("signal", "at", "simulated", "measured", "error", "relative", "spread")
+
+WITHIN = "inside"
+"""Marks an error that is within the experiment's own spread."""
+
+
+def terminal_tables(result: LogComparison) -> Iterator[Table]:
+    """Yield all there is to a comparison as tables for a rich console."""
+    if result.angles:
+        rows = [angles.cells() for angles in result.angles]
+        yield _table("Angles of deflection (Table 5.3)", ANGLE_HEADINGS, rows)
+    if result.criteria:
+        yield terminal_table("Figures", result.criteria)
+    if result.signals:
+        rows = [row for signal in result.signals for row in error_rows(signal)]
+        yield _table("Simulated - measured", ERROR_HEADINGS, rows)
+    rows = [row for signal in result.signals for row in instant_rows(signal)]
+    if rows:
+        yield _table("At the asked instants", INSTANT_HEADINGS, rows)
+    if result.verdicts:
+        rows = [
+            (v.bound.name, v.bound.text, v.text, "yes" if v.inside else "NO")
+            for v in result.verdicts
+        ]
+        yield _table("Bounds", ("signal", "largest error allowed", "found", "inside"), rows)
+
+
+def error_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
+    """Yield the errors of a signal as text, as `ERROR_HEADINGS` names them."""
+    shown = signal.quantity
+    label = f"{shown.label} [{shown.shown_unit}]"
+    for name, errors in {"all of it": signal.overall, **signal.phases}.items():
+        yield (
+            label,
+            name,
+            shown.number(errors.rmse),
+            shown.number(errors.maximum),
+            f"{errors.time:.2f} s",
+            shown.number(errors.bias),
+            "" if errors.relative is None else f"{100.0 * errors.relative:.3g} %",
+            _spread(signal, errors),
+        )
+        label = ""
+
+
+def instant_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
+    """Yield a signal at the asked instants as text, as `INSTANT_HEADINGS` names it."""
+    shown = signal.quantity
+    for instant in signal.instants:
+        yield (
+            f"{shown.label} [{shown.shown_unit}]",
+            f"{instant.time:g} s",
+            shown.number(instant.simulated),
+            shown.number(instant.measured),
+            shown.number(instant.error),
+            "" if instant.relative is None else f"{100.0 * instant.relative:.3g} %",
+            _spread(signal, instant),
+        )
+
+
+def as_json(result: LogComparison) -> dict[str, Any]:
+    """Return all there is to a comparison as JSON can hold it; SI."""
+    return {
+        "passed": result.passed,
+        "title": result.title,
+        "simulated": result.simulated,
+        "experiment": result.experiment,
+        "alignment": result.alignment,
+        "notes": list(result.notes),
+        "angles": [
+            {
+                "time": row.time,
+                "unit": "rad",
+                "simulated": _finite(row.simulated),
+                "left": row.left,
+                "right": row.right,
+                "average": row.average,
+                "relative_error": _finite(row.relative_error),
+                "spread": row.spread,
+                "verdict": row.verdict,
+            }
+            for row in result.angles
+        ],
+        "figures": [plain(comparison) for comparison in result.criteria],
+        "phases": None if result.phases is None else result.phases.definition,
+        "touch": None if result.phases is None else result.phases.touch,
+        "signals": {
+            signal.name: {
+                "unit": signal.quantity.unit,
+                "largest_measured": signal.largest,
+                "skipped": signal.skipped,
+                "overall": _errors(signal.overall),
+                "phases": {name: _errors(errors) for name, errors in signal.phases.items()},
+                "instants": [
+                    {
+                        "time": instant.time,
+                        "simulated": _finite(instant.simulated),
+                        "measured": _finite(instant.measured),
+                        "relative_error": _finite(instant.relative),
+                        "spread": _finite(instant.spread),
+                        "within_spread": instant.within_spread,
+                    }
+                    for instant in signal.instants
+                ],
+            }
+            for signal in result.signals
+        },
+        "bounds": [
+            {
+                "signal": verdict.bound.name,
+                "relative": verdict.bound.relative,
+                "limit": verdict.bound.limit,
+                "largest": _finite(verdict.largest),
+                "inside": verdict.inside,
+            }
+            for verdict in result.verdicts
+        ],
+    }
+
+
+def _errors(errors: Errors) -> dict[str, Any]:
+    return {
+        "count": errors.count,
+        "rmse": errors.rmse,
+        "maximum": errors.maximum,
+        "time_of_maximum": errors.time,
+        "bias": errors.bias,
+        "relative": errors.relative,
+        "spread": errors.spread,
+        "within_spread": errors.within_spread,
+    }
+
+
+def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
+    if not error.spread or math.isnan(error.spread):
+        return ""
+    shown = signal.quantity.number(error.spread)
+    return f"{shown} {WITHIN}" if error.within_spread else shown
+
+
+def _table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
+    table = Table(
+        title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    for heading in headings:
+        text = heading in ("signal", "over", "angle of deflection", "measured spread")
+        table.add_column(heading, justify="left" if text else "right")
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row), style="bold red" if "NO" in row else None)
+    return table
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
