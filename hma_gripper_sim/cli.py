@@ -8,8 +8,11 @@ from typing import Any
 import click
 
 from hma_gripper_sim.benchmark.command import benchmark
+from hma_gripper_sim.comparison.command import compare
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.node_process import NodeError
+from hma_gripper_sim.outcome import SimulationError
+from hma_gripper_sim.replay.command import replay
 from hma_gripper_sim.urdf_command import urdf
 
 
@@ -22,7 +25,7 @@ class _Commands(click.Group):
         except InputError as error:
             click.echo(f"error: {error}", err=True)
             ctx.exit(2)
-        except (NodeError, OSError) as error:
+        except (NodeError, SimulationError, OSError) as error:
             click.echo(f"error: {error}", err=True)
             ctx.exit(1)
 
@@ -93,6 +96,8 @@ def demo(
 
 
 cli.add_command(benchmark)
+cli.add_command(compare)
+cli.add_command(replay)
 cli.add_command(urdf)
 
 

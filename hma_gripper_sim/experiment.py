@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from hma_gripper_sim.contour import Contour
 from hma_gripper_sim.design import GripperDesign
+from hma_gripper_sim.logs.reader import read_recording
+from hma_gripper_sim.logs.recording import Recording
+from hma_gripper_sim.logs.signal_map import SignalMap
 from hma_gripper_sim.scene import Scene
 
 
@@ -64,8 +69,31 @@ class Criterion:
 
 
 @dataclass(frozen=True)
+class ExperimentLog:
+    """What was recorded while an experiment was made.
+
+    Parameters
+    ----------
+    path
+        Of the log.
+    signal_map
+        Where its signals are; None: where this project's own node publishes them.
+    uncertainties
+        Standard uncertainty of a sample, by signal [SI], where it is known.
+    """
+
+    path: Path
+    signal_map: SignalMap | None
+    uncertainties: Mapping[str, float]
+
+    def read(self) -> Recording:
+        """Read its signals; raise `InputError` as `read_recording` does."""
+        return read_recording(self.path, self.signal_map)
+
+
+@dataclass(frozen=True)
 class Experiment:
-    """A recorded experiment.
+    """A recorded experiment: measured at instants, or with a log.
 
     Parameters
     ----------
@@ -86,12 +114,15 @@ class Experiment:
     design_file
         Path of the file that describes it; None: it is the thesis'.
     motion
-        Of the prismatic joint, from the start pose; the first segment is the approach.
+        Of the prismatic joint, from the start pose; the first segment is the approach. Empty where
+        only the log says how the gripper moved.
     measurements
         What was measured on the real gripper.
     measured, published
         What a simulation of the experiment is compared with: the measurements, and figures that
         others published.
+    log
+        What was recorded; None: nothing but the instants.
     """
 
     name: str
@@ -108,6 +139,7 @@ class Experiment:
     measurements: tuple[Measurement, ...]
     measured: tuple[Criterion, ...]
     published: tuple[Criterion, ...]
+    log: ExperimentLog | None
 
     @property
     def approach(self) -> float:
@@ -124,7 +156,7 @@ class Experiment:
         return tuple(points)
 
     def scene(self, design: GripperDesign | None = None) -> Scene:
-        """Return the scene in which a gripper, by default its own, meets this experiment's object."""
+        """Return the scene in which a gripper, by default its own, meets the object."""
         return Scene(
             design or self.design,
             self.contour,

@@ -1,10 +1,13 @@
 """Reading experiments from YAML files such as those in ``config/experiments``.
 
 A file holds ``title`` and ``source``; the ``scene`` (contour, clearance, friction, contact, and the
-path of a ``design``, relative to the file, where it is not the thesis' gripper); the ``motion``, a list of velocities and durations of which the first is the approach; what was
-``measured``, at instants and with uncertainties, and the ``max_error`` that each figure may have;
-and, where there is a publication, the figures that were ``published`` with the error or the window
-that is allowed for each. Quantities are texts with units; bare numbers are SI.
+path of a ``design`` where it is not the thesis' gripper); the ``motion``, a list of velocities and
+durations of which the first is the approach; what was ``measured``, at instants and with
+uncertainties, and the ``max_error`` that each figure may have; and, where there is a publication,
+the figures that were ``published`` with the error or the window that is allowed for each. Where
+there is a ``log`` (its ``path``, a map of its ``signals``, and the ``uncertainty`` of a sample of
+each), motion and measured may be left out. Paths are relative to the file. Quantities are texts
+with units; bare numbers are SI.
 """
 
 from __future__ import annotations
@@ -17,24 +20,43 @@ from typing import Any
 from hma_gripper_sim.contour import contour_from_mapping
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.experiment import Criterion, Experiment, Measurement, Segment
+from hma_gripper_sim.experiment import (
+    Criterion,
+    Experiment,
+    ExperimentLog,
+    Measurement,
+    Segment,
+)
 from hma_gripper_sim.logs.figures import FIGURES, Figure
+from hma_gripper_sim.logs.signal_map import SIGNAL_UNITS, SignalMap
 from hma_gripper_sim.quantities import choice, quantity, read_yaml, refuse_unknown
 from hma_gripper_sim.scene import CONTACTS
+from hma_gripper_sim.shipped import config_directory
 
 _MEASURABLE = ("phi_left", "phi_right", "actuator_force")
 _ROUND_OFF = 1e-9
 """How far [m] rounding may take the sum of a motion's segments below the start pose."""
 
 
+def is_experiment(path: str | Path) -> bool:
+    """Whether a path is that of an experiment file, or the name of a shipped one; not of a log."""
+    return Path(path).suffix in (".yaml", ".yml") or _shipped(path).is_file()
+
+
+def _shipped(name: str | Path) -> Path:
+    return config_directory() / "experiments" / f"{name}.yaml"
+
+
 def read_experiment(path: str | Path) -> Experiment:
-    """Read an experiment file.
+    """Read an experiment file; of a shipped one the name is enough, such as ``thesis_2013_box``.
 
     Raises
     ------
     InputError
         Names the file, the field and what is wrong with it.
     """
+    if not Path(path).exists() and _shipped(path).is_file():
+        path = _shipped(path)
     try:
         return _experiment(Path(path), _Section(read_yaml(path), ""))
     except InputError as error:
@@ -91,16 +113,26 @@ class _Section:
 
 
 def _experiment(path: Path, file: _Section) -> Experiment:
-    file.only("title", "source", "scene", "motion", "measured", "published")
+    file.only("title", "source", "scene", "motion", "measured", "published", "log")
     scene = file.section("scene")
     scene.only("contour", "clearance", "friction", "contact", "design")
     contour = scene.section("contour")
     shape = {key: value for key, value in contour.fields.items() if key != "name"}
-    motion = _motion(file)
-    measured = file.section("measured")
-    measured.only("source", "instants", "max_error")
+    log = _log(path, file.section("log")) if "log" in file else None
+    motion = () if log and "motion" not in file else _motion(file)
+    if log and not motion:
+        for key in ("measured", "published"):
+            if key in file:
+                reason = "needs a motion, whose start is the time 0 of the instants"
+                raise InputError(reason, field=key)
     end = sum(segment.duration for segment in motion)
-    measurements = tuple(_measurements(measured, end))
+    measurements: tuple[Measurement, ...] = ()
+    measured: tuple[Criterion, ...] = ()
+    if not log or "measured" in file:
+        section = file.section("measured")
+        section.only("source", "instants", "max_error")
+        measurements = tuple(_measurements(section, end))
+        measured = tuple(_measured(section, measurements))
     design_file = str(path.parent / scene.text("design")) if "design" in scene else None
     return Experiment(
         name=path.stem,
@@ -115,9 +147,30 @@ def _experiment(path: Path, file: _Section) -> Experiment:
         design_file=design_file,
         motion=motion,
         measurements=measurements,
-        measured=tuple(_measured(measured, measurements)),
+        measured=measured,
         published=tuple(_published(file, motion[0].duration, end) if "published" in file else ()),
+        log=log,
     )
+
+
+def _log(path: Path, section: _Section) -> ExperimentLog:
+    section.only("path", "signals", "uncertainty")
+    signal_map = None
+    if "signals" in section:
+        given = section.value("signals")
+        if isinstance(given, dict):
+            signal_map = SignalMap.from_mapping(given, field=section.name("signals"))
+        else:
+            signal_map = SignalMap.from_yaml(path.parent / section.text("signals"))
+    uncertainties: dict[str, float] = {}
+    if "uncertainty" in section:
+        stated = section.section("uncertainty")
+        stated.only(*SIGNAL_UNITS)
+        uncertainties = {
+            name: stated.quantity(name, SIGNAL_UNITS[name], minimum=0.0, exclusive=True)
+            for name in stated.fields
+        }
+    return ExperimentLog(path.parent / section.text("path"), signal_map, uncertainties)
 
 
 def _name(contour: _Section) -> str:

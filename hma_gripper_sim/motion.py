@@ -138,9 +138,8 @@ def part_of(motion: Motion, start: float, end: float) -> Motion:
     first = max(0, int(np.searchsorted(motion.time, start, side="right")) - 1)
     last = min(int(np.searchsorted(motion.time, end, side="left")), len(motion.velocity))
     time, travel = motion.time[first : last + 1].copy(), motion.travel[first : last + 1].copy()
-    velocity, acceleration, jump = (
-        part[first:last].copy() for part in (motion.velocity, motion.acceleration, motion.jump)
-    )
+    velocity = motion.velocity[first:last].copy()
+    acceleration, jump = motion.acceleration[first:last], motion.jump[first:last].copy()
     into, until = start - time[0], end - time[-2]
     travel[-1] = travel[-2] + until * (velocity[-1] + 0.5 * acceleration[-1] * until)
     if into > 0.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import matplotlib as mpl
 import numpy as np
@@ -36,10 +36,10 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def plot_force(path: Path, run: Run, experiment: Experiment) -> None:
+def plot_force(file: Path | BinaryIO, run: Run, experiment: Experiment) -> None:
     """Draw the actuator force over time with the published figures (thesis Fig. 5.4)."""
     force = run.recording["actuator_force"]
-    with _axes(path, "Time [s]", "Actuator force $F_{act}$ [N]") as axes:
+    with _axes(file, "Time [s]", "Actuator force $F_{act}$ [N]") as axes:
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         axes.plot(force.time, force.value, color=BLUE, label="simulated")
         for criterion in _published(experiment, "peak_actuator_force"):
@@ -55,10 +55,10 @@ def plot_force(path: Path, run: Run, experiment: Experiment) -> None:
         _finish(axes, experiment)
 
 
-def plot_phi(path: Path, run: Run, experiment: Experiment) -> None:
+def plot_phi(file: Path | BinaryIO, run: Run, experiment: Experiment) -> None:
     """Draw φ over time with the measured angles and the published figures (thesis Fig. 5.5)."""
     sides = (("left", BLUE, "-", "<"), ("right", VERMILLION, "--", ">"))
-    with _axes(path, "Time [s]", "Angle of deflection φ [°]") as axes:
+    with _axes(file, "Time [s]", "Angle of deflection φ [°]") as axes:
         for side, colour, line, _ in sides:
             phi = run.recording[f"phi_{side}"]
             axes.plot(
@@ -132,14 +132,14 @@ def plot_snapshots(
 
 
 @contextmanager
-def _axes(path: Path, x_label: str, y_label: str) -> Iterator[Axes]:
+def _axes(file: Path | BinaryIO, x_label: str, y_label: str) -> Iterator[Axes]:
     """Provide axes in this module's style and save their figure."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         axes = figure.subplots()
         axes.set(xlabel=x_label, ylabel=y_label)
         yield axes
-        figure.savefig(path)
+        figure.savefig(file)
 
 
 def _published(experiment: Experiment, figure: str) -> list[Criterion]:

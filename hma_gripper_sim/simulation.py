@@ -248,9 +248,7 @@ class Simulation:
             minimum=0.0,
             exclusive=True,
         )
-        return self.advance_along(
-            follow(velocity, self.time, self.travel, duration), sample_period
-        )
+        return self.advance_along(follow(velocity, self.time, self.travel, duration), sample_period)
 
     def advance_along(self, motion: Motion, sample_period: float) -> Trace:
         """Advance along a motion that starts at the present time and travel, like `advance`.

@@ -92,9 +92,7 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
 
     At least half of the shorter one has to lie within the other.
     """
-    step = max(
-        STEP, (_length(simulated) + _length(experiment)) / MAX_SAMPLES
-    )
+    step = max(STEP, (_length(simulated) + _length(experiment)) / MAX_SAMPLES)
     ours, theirs = _even(simulated, step), _even(experiment, step)
     for travel, whose in ((ours, "simulated"), (theirs, "experiment's")):
         if np.ptp(travel) == 0.0:
@@ -116,7 +114,9 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
         return _rmse(Series(simulated.time - offset, simulated.value), experiment)
 
     found = minimize_scalar(
-        misfit, bounds=(coarse - 2.0 * step, coarse + 2.0 * step), method="bounded",
+        misfit,
+        bounds=(coarse - 2.0 * step, coarse + 2.0 * step),
+        method="bounded",
         options={"xatol": 1e-6},
     )
     return float(found.x)

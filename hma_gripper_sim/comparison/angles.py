@@ -52,34 +52,25 @@ class AngleComparison:
 
     @property
     def verdict(self) -> str:
-        """Where the simulated angle lies, in words."""
+        """Whether the simulated angle is between the measured ones, or within the uncertainty."""
         error = abs(self.simulated - self.average)
         if error <= self.spread:
-            return "inside: between left and right"
-        if error <= self.spread + self.uncertainty:
-            return "inside by the uncertainty of the reading"
-        return "outside"
+            return "inside"
+        return "within reading" if error <= self.spread + self.uncertainty else "outside"
 
     def cells(self) -> tuple[str, ...]:
         """Return its values as text, as `ANGLE_HEADINGS` names them."""
         angles = (self.simulated, self.left, self.right, self.average)
         return (
-            f"{self.title}, {self.time:g} s",
+            self.title,
+            f"{self.time:g} s",
             *(f"{math.degrees(angle):.1f}°" for angle in angles),
             f"{self.relative_error:.1%}",
-            f"±{math.degrees(self.spread):.1f}°: {self.verdict}",
+            f"±{math.degrees(self.spread):.1f}° {self.verdict}",
         )
 
 
-ANGLE_HEADINGS = (
-    "angle of deflection",
-    "simulated",
-    "real, left",
-    "real, right",
-    "average",
-    "relative error",
-    "measured spread",
-)
+ANGLE_HEADINGS = ("object", "at", "simulated", "left", "right", "average", "error", "spread")
 
 
 def compare_angles(run: Run, experiment: Experiment) -> Iterator[AngleComparison]:

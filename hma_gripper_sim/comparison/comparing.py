@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from hma_gripper_sim.comparison.alignment import align_recordings
 from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
@@ -13,7 +14,11 @@ from hma_gripper_sim.comparison.errors import SignalErrors, signal_errors
 from hma_gripper_sim.comparison.phases import Phases, find_phases
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
+from hma_gripper_sim.experiment_file import is_experiment, read_experiment
+from hma_gripper_sim.logs.figures import Run
+from hma_gripper_sim.logs.reader import read_recording
 from hma_gripper_sim.logs.recording import Recording
+from hma_gripper_sim.logs.signal_map import SignalMap
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,9 @@ class LogComparison:
         What is compared, in words, and the paths of both.
     alignment
         How their times were matched, in words.
+    run, stated
+        The simulated log on the time of an experiment, and that experiment, where it states
+        something at instants; otherwise None.
     angles
         Rows of Table 5.3; empty where no angles were measured at instants.
     criteria
@@ -44,6 +52,8 @@ class LogComparison:
     simulated: str
     experiment: str
     alignment: str
+    run: Run | None = None
+    stated: Experiment | None = None
     angles: tuple[AngleComparison, ...] = ()
     criteria: tuple[Comparison, ...] = ()
     signals: tuple[SignalErrors, ...] = ()
@@ -55,6 +65,86 @@ class LogComparison:
     def passed(self) -> bool:
         """Whether the experiment's own bounds and the asked ones are kept."""
         return all(c.inside for c in self.criteria) and all(v.inside for v in self.verdicts)
+
+
+def compare_files(
+    simulated: Path,
+    experiment: Path,
+    *,
+    signal_map: Path | None = None,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare a log of ours with an experiment file, the name of a shipped one, or a log.
+
+    Parameters
+    ----------
+    signal_map
+        File that says where the signals of that log are; None: where the node publishes them.
+    method, instants, bounds
+        See `compare_recordings`.
+
+    Raises
+    ------
+    InputError
+        Something given cannot be used; see there as well.
+    """
+    recording = read_recording(simulated)
+    if is_experiment(experiment):
+        if signal_map is not None:
+            raise InputError("an experiment file names its own", field="--signals")
+        return compare_experiment(
+            recording,
+            read_experiment(experiment),
+            str(experiment),
+            method=method,
+            instants=instants,
+            bounds=bounds,
+        )
+    entries = None if signal_map is None else SignalMap.from_yaml(signal_map)
+    return compare_recordings(
+        recording,
+        read_recording(experiment, entries),
+        title=f"{simulated.name} compared with {experiment.name}",
+        method=method,
+        instants=instants,
+        bounds=bounds,
+    )
+
+
+def compare_experiment(
+    simulated: Recording,
+    experiment: Experiment,
+    path: str,
+    *,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare a recording with all that an experiment has: its log, and what it has at instants."""
+    if experiment.log is None:
+        if instants:
+            raise InputError("has no log: only its own instants are known", source=path)
+        return compare_instants(simulated, experiment, path, bounds)
+    result = compare_recordings(
+        simulated,
+        experiment.log.read(),
+        title=experiment.title,
+        method=method,
+        instants=instants,
+        bounds=bounds,
+    )
+    if not (experiment.measured or experiment.published):
+        return result
+    stated = compare_instants(simulated, experiment, path)
+    return replace(
+        result,
+        run=stated.run,
+        stated=stated.stated,
+        angles=stated.angles,
+        criteria=stated.criteria,
+    )
 
 
 def compare_recordings(
@@ -123,6 +213,8 @@ def compare_instants(
         path,
         "aligned by the travel of the approach: the experiment's motion starts at "
         f"{offset:.6g} s of the simulated log",
+        run=run,
+        stated=experiment,
         angles=tuple(compare_angles(run, experiment)),
         criteria=criteria,
         verdicts=tuple(_judge_criterion(bound, criteria, path) for bound in bounds),
@@ -154,11 +246,7 @@ def _notes(
     simulated: Recording, experiment: Recording | None = None, signals: Sequence[SignalErrors] = ()
 ) -> tuple[str, ...]:
     recordings = (simulated,) if experiment is None else (simulated, experiment)
-    notes = [
-        f"{recording.source}: {note}"
-        for recording in recordings
-        for note in getattr(recording, "notes", ())
-    ]
+    notes = [f"{recording.source}: {note}" for recording in recordings for note in recording.notes]
     notes += [
         f"{signal.quantity.label}: {signal.skipped} samples not compared, in gaps of the other log"
         for signal in signals

@@ -162,10 +162,10 @@ def signal_errors(
         Times to report as well [s].
     """
     for name in QUANTITIES:
-        pair = _signal(simulated, name), _signal(experiment, name)
-        if pair[0] is None or pair[1] is None:
+        own, other = _signal(simulated, name), _signal(experiment, name)
+        if own is None or other is None:
             continue
-        time, ours, theirs, skipped = _on_common_times(*pair)
+        time, ours, theirs, skipped = _on_common_times(own, other)
         if not len(time):
             continue
         spread = _spread(experiment, name, time)
@@ -200,7 +200,7 @@ def signal_errors(
             skipped,
             errors(np.ones(len(time), dtype=np.bool_)),
             by_phase,
-            tuple(_at(pair[0], pair[1], experiment, name, instant) for instant in instants),
+            tuple(_at(own, other, experiment, name, instant) for instant in instants),
         )
 
 
@@ -220,7 +220,9 @@ def _errors(
     )
 
 
-def _at(ours: Series, theirs: Series, experiment: Recording, name: str, time: float) -> InstantError:
+def _at(
+    ours: Series, theirs: Series, experiment: Recording, name: str, time: float
+) -> InstantError:
     spread = _spread(experiment, name, np.array([time]))
     return InstantError(
         time, ours.at(time), theirs.at(time), None if spread is None else float(spread[0])
@@ -238,7 +240,9 @@ def _signal(recording: Recording, name: str) -> Series | None:
     return Series(common.time, 0.5 * (common.value + other))
 
 
-def _on_common_times(ours: Series, theirs: Series) -> tuple[FloatArray, FloatArray, FloatArray, int]:
+def _on_common_times(
+    ours: Series, theirs: Series
+) -> tuple[FloatArray, FloatArray, FloatArray, int]:
     """Return times, both signals there, and how many samples were left out for gaps."""
     start, end = max(ours.time[0], theirs.time[0]), min(ours.time[-1], theirs.time[-1])
     here, there = ours.between(start, end), theirs.between(start, end)

@@ -7,6 +7,7 @@ nothing and run nothing.
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Iterator, Sequence
 from html import escape
 
@@ -21,6 +22,7 @@ from hma_gripper_sim.comparison.tables import (
     error_rows,
     instant_rows,
 )
+from hma_gripper_sim.plots import plot_force, plot_phi
 from hma_gripper_sim.report import HEADINGS, cells
 
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -52,8 +54,7 @@ _TEXT_COLUMNS = (
     "expected",
     "inside",
     "source",
-    "angle of deflection",
-    "measured spread",
+    "object",
 )
 
 
@@ -107,11 +108,17 @@ def _lines(result: LogComparison) -> Iterator[str]:
     if instants:
         yield "<h2>At the asked instants</h2>"
         yield from _table(INSTANT_HEADINGS, instants)
+    if result.run is not None and result.stated is not None:
+        for plot, text in ((plot_phi, "φ at the instants"), (plot_force, "F_act")):
+            picture = io.BytesIO()
+            plot(picture, result.run, result.stated)
+            yield f"<h2>{text}</h2>"
+            yield _image("png", picture.getvalue(), f"{text}, simulated and stated")
     for signal in result.signals:
-        yield f"<h2>{escape(signal.quantity.label)}</h2>"
-        picture = base64.b64encode(signal_svg(signal, result.phases)).decode("ascii")
-        alternative = f"{signal.quantity.label}, measured, simulated and difference"
-        yield f'<img alt="{escape(alternative)}" src="data:image/svg+xml;base64,{picture}">'
+        label = signal.quantity.label
+        yield f"<h2>{escape(label)}</h2>"
+        picture_of_both = signal_svg(signal, result.phases)
+        yield _image("svg+xml", picture_of_both, f"{label}, measured, simulated and difference")
     if result.notes:
         yield "<h2>Notes</h2><ul>"
         yield from (f"<li>{escape(note)}</li>" for note in result.notes)
@@ -119,11 +126,17 @@ def _lines(result: LogComparison) -> Iterator[str]:
     yield "</body></html>"
 
 
+def _image(kind: str, content: bytes, alternative: str) -> str:
+    data = base64.b64encode(content).decode("ascii")
+    return f'<img alt="{escape(alternative)}" src="data:image/{kind};base64,{data}">'
+
+
 def _verdict(result: LogComparison) -> Iterator[str]:
-    judged = [*result.verdicts, *(c for c in result.criteria if c.judged)]
+    judged = [verdict.inside for verdict in result.verdicts]
+    judged += [comparison.inside for comparison in result.criteria if comparison.judged]
     if not judged:
         return
-    outside = sum(not item.inside for item in judged)
+    outside = judged.count(False)
     if outside:
         yield f'<p class="verdict bad">{outside} of {len(judged)} bounds are not kept.</p>'
     else:

@@ -41,9 +41,7 @@ def signal_svg(signal: SignalErrors, phases: Phases | None) -> bytes:
         lower.set_ylabel(f"difference [{shown.shown_unit}]")
         lower.set_xlabel("Time of the experiment [s]")
         lines, _ = upper.get_legend_handles_labels()
-        figure.legend(
-            handles=[*lines, *shades], loc="outside upper right", ncols=6, fontsize=8
-        )
+        figure.legend(handles=[*lines, *shades], loc="outside upper right", ncols=6, fontsize=8)
         content = io.BytesIO()
         figure.savefig(content, format="svg", metadata={"Date": None})
     return content.getvalue()

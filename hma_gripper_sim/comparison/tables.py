@@ -46,7 +46,7 @@ def terminal_tables(result: LogComparison) -> Iterator[Table]:
 def error_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
     """Yield the errors of a signal as text, as `ERROR_HEADINGS` names them."""
     shown = signal.quantity
-    label = f"{shown.label} [{shown.shown_unit}]"
+    label = _label(signal)
     for name, errors in {"all of it": signal.overall, **signal.phases}.items():
         yield (
             label,
@@ -55,7 +55,7 @@ def error_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
             shown.number(errors.maximum),
             f"{errors.time:.2f} s",
             shown.number(errors.bias),
-            "" if errors.relative is None else f"{100.0 * errors.relative:.3g} %",
+            _percent(errors.relative),
             _spread(signal, errors),
         )
         label = ""
@@ -66,12 +66,12 @@ def instant_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
     shown = signal.quantity
     for instant in signal.instants:
         yield (
-            f"{shown.label} [{shown.shown_unit}]",
+            _label(signal),
             f"{instant.time:g} s",
             shown.number(instant.simulated),
             shown.number(instant.measured),
             shown.number(instant.error),
-            "" if instant.relative is None else f"{100.0 * instant.relative:.3g} %",
+            _percent(instant.relative),
             _spread(signal, instant),
         )
 
@@ -149,6 +149,16 @@ def _errors(errors: Errors) -> dict[str, Any]:
     }
 
 
+def _label(signal: SignalErrors) -> str:
+    return f"{signal.quantity.label} [{signal.quantity.shown_unit}]"
+
+
+def _percent(share: float | None) -> str:
+    if share is None:
+        return ""
+    return "< 0.001 %" if 0.0 < share < 1e-5 else f"{100.0 * share:.3g} %"
+
+
 def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
     if not error.spread or math.isnan(error.spread):
         return ""
@@ -157,12 +167,10 @@ def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
 
 
 def _table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
-    table = Table(
-        title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in headings:
-        text = heading in ("signal", "over", "angle of deflection", "measured spread")
-        table.add_column(heading, justify="left" if text else "right")
+        text = heading in ("signal", "over", "object")
+        table.add_column(heading, justify="left" if text else "right", no_wrap=heading != "object")
     for row in rows:
         table.add_row(*(escape(cell) for cell in row), style="bold red" if "NO" in row else None)
     return table

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 NODE = "/hma_gripper_sim"
 """Full name of the node; its private topics and services live below it."""
 
-WRENCH_FRAME = "gripper_mount"
-"""Frame of the actuator wrench; its z axis points towards the object."""
-
 
 @dataclass(frozen=True)
 class Topic:

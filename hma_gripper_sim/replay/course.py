@@ -171,7 +171,7 @@ def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> 
         "the experiment's motion",
         0,
         _driven(commands, limits, period, 0.0),
-        Series(period * sent, commands[sent]),
+        Series(period * sent.astype(np.float64), commands[sent]),
     )
 
 

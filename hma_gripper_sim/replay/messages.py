@@ -19,10 +19,10 @@ from hma_gripper_sim.logs.topics import (
     CONTOUR,
     JOINT_STATES,
     PHI,
-    WRENCH_FRAME,
     Topic,
 )
 from hma_gripper_sim.trace import Trace
+from hma_gripper_sim.urdf import MOUNT
 
 FloatArray = npt.NDArray[np.float64]
 Stamps = npt.NDArray[np.int64]
@@ -69,7 +69,7 @@ class TickMessages:
         vector, wrench = T["geometry_msgs/msg/Vector3"], T["geometry_msgs/msg/Wrench"]
         rows = _placeholders(1, 1)
         message = T["geometry_msgs/msg/WrenchStamped"](
-            header(time, WRENCH_FRAME),
+            header(time, MOUNT),
             wrench(vector(0.0, 0.0, float(rows[0, 0])), vector(0.0, 0.0, 0.0)),
         )
         self._force = _Repeated(ACTUATOR_WRENCH, message, rows)

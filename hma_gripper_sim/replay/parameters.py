@@ -18,6 +18,7 @@ from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.quantities import read_yaml
 from hma_gripper_sim.ros.fields import PLACEMENT_FIELDS
+from hma_gripper_sim.ros.parameter_file import read_parameter_file
 from hma_gripper_sim.ros.settings import Settings
 from hma_gripper_sim.scene import Scene
 from hma_gripper_sim.shipped import config_directory
@@ -105,8 +106,8 @@ class Parameters:
 
 def catalogue() -> dict[str, object]:
     """Return the objects that the node knows when it is given its shipped parameter file."""
-    content = read_yaml(config_directory() / "sim_node.yaml")
-    return flat({"contours": content["/**"]["ros__parameters"]["contours"]})
+    parameters = read_parameter_file(config_directory() / "sim_node.yaml")
+    return {name: value for name, value in parameters.items() if name.startswith("contours.")}
 
 
 def logged_parameters(path: str | Path) -> dict[str, object]:

@@ -12,12 +12,12 @@ import numpy as np
 
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.logs.signals import SLIDE
-from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, LOGGED_TOPICS
+from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.logs.writer import LogWriter
 from hma_gripper_sim.motion import part_of
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.replay.course import Course
-from hma_gripper_sim.replay.messages import TickMessages, contour_message, velocity_message
+from hma_gripper_sim.replay.messages import Stamps, TickMessages, contour_message, velocity_message
 from hma_gripper_sim.replay.parameters import PARAMETERS_KEY, Parameters
 from hma_gripper_sim.simulation import Simulation
 from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
@@ -80,7 +80,8 @@ def replay(
     messages = TickMessages(parameters.scene.joint_names)
     touches: dict[tuple[str, str], str] = {}
     blocks = []
-    with LogWriter(output, LOGGED_TOPICS, compressed=True, custom_data=texts) as log:
+    topics = (*STAMPED_TOPICS, CONTOUR, *((CMD_VELOCITY,) if len(course.commands.time) else ()))
+    with LogWriter(output, topics, compressed=True, custom_data=texts) as log:
         log.write(CONTOUR.name, course.start, contour_message(parameters.contour))
         commands = _commands(course, period_ns)
         due, velocity = next(commands)
@@ -90,14 +91,14 @@ def replay(
                     log.write(CMD_VELOCITY.name, due, velocity_message(velocity))
                     due, velocity = next(commands)
                 log.write(topic.name, stamp, content)
-            blocks.append(_signals(trace, kept, stamps))
+            blocks.append((stamps, _signals(trace, kept)))
             for touch in trace.warnings:
                 touches.setdefault((touch.part, touch.side), str(touch))
             progress((int(stamps[-1]) - course.start) * 1e-9)
     return Replay(_recording(str(output), blocks), tuple(touches.values()))
 
 
-_Block = tuple[Trace, slice, "np.ndarray[tuple[int], np.dtype[np.int64]]"]
+_Block = tuple[Trace, slice, Stamps]
 
 
 def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[_Block]:
@@ -154,10 +155,9 @@ def _commands(course: Course, period_ns: int) -> Iterator[tuple[int, float]]:
     yield 2**63, 0.0
 
 
-def _signals(trace: Trace, kept: slice, stamps: FloatArray) -> dict[str, FloatArray]:
+def _signals(trace: Trace, kept: slice) -> dict[str, FloatArray]:
     revolute = [name != SLIDE for name in trace.joint_names]
     return {
-        "stamp": stamps,
         "travel": trace.travel[kept],
         "actuator_force": trace.actuator_force[kept],
         "phi_left": trace.phi_left[kept],
@@ -166,9 +166,12 @@ def _signals(trace: Trace, kept: slice, stamps: FloatArray) -> dict[str, FloatAr
     }
 
 
-def _recording(source: str, blocks: list[dict[str, FloatArray]]) -> Recording:
-    joined = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
-    stamps = joined.pop("stamp")
+def _recording(source: str, blocks: list[tuple[Stamps, dict[str, FloatArray]]]) -> Recording:
+    stamps = np.concatenate([stamps for stamps, _ in blocks])
     start = int(stamps[0])
     time = (stamps - start).astype(np.float64) * 1e-9
-    return Recording(source, {name: Series(time, value) for name, value in joined.items()}, start)
+    signals = {
+        name: Series(time, np.concatenate([signals[name] for _, signals in blocks]))
+        for name in blocks[0][1]
+    }
+    return Recording(source, signals, start)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from hma_gripper_sim.logs.topics import WRENCH_FRAME
 from hma_gripper_sim.simulation import SimulationState
 from hma_gripper_sim.urdf import MOUNT
 

@@ -1,0 +1,248 @@
+"""A replay from what the user asks for to the comparison with what was recorded."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from hma_gripper_sim.comparison.bounds import Bound
+from hma_gripper_sim.comparison.comparing import (
+    LogComparison,
+    compare_experiment,
+    compare_recordings,
+)
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.experiment import Experiment
+from hma_gripper_sim.experiment_file import is_experiment, read_experiment
+from hma_gripper_sim.experiment_parameters import node_parameters
+from hma_gripper_sim.logs.reader import read_messages, read_recording
+from hma_gripper_sim.logs.recording import Recording
+from hma_gripper_sim.logs.signal_map import SignalMap
+from hma_gripper_sim.logs.topics import CONTOUR
+from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.replay.course import Course, commanded, measured, planned
+from hma_gripper_sim.replay.parameters import Parameters, flat, logged_parameters
+from hma_gripper_sim.replay.replaying import Replay
+from hma_gripper_sim.replay.replaying import replay as simulate_course
+
+FULL_RATE = 100.0
+"""Samples per second [Hz] up to which every tick is logged."""
+
+SLOWEST_TICKS = 20.0
+"""Rate [Hz] of a log below which its samples are taken to be thinned, not the ticks themselves."""
+
+ELSEWHERE = 1e-4
+"""Difference of the travels [m] from which on the commands cannot have been all there was."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asks for.
+
+    Attributes
+    ----------
+    source, output
+        The log or experiment to replay, and the log to write.
+    basis
+        ``commands``, ``travel``, or None: the commands where there are any.
+    signal_map
+        File that says where the signals of the log are.
+    options
+        Parameters, by the node's names; they override those of the source.
+    rate
+        Of the samples in the output; None: that of the ticks, at most `FULL_RATE`.
+    travel_tolerance
+        How far the simulated travel may be from the measured one.
+    bounds
+        To judge the comparison by.
+    """
+
+    source: Path
+    output: Path
+    basis: str | None
+    signal_map: Path | None
+    options: Mapping[str, object]
+    rate: str | None
+    travel_tolerance: str
+    bounds: Sequence[Bound]
+
+
+def carry_out(request: Request) -> LogComparison:
+    """Replay, write the log, say what was done, and compare with the source.
+
+    Raises
+    ------
+    InputError
+        Something given cannot be used.
+    SimulationError
+        The simulation could not go on.
+    """
+    experiment, recording = _read(request)
+    parameters = _parameters(request, experiment, recording)
+    course = _course(request, experiment, recording, parameters)
+    period_ns = _sample_period(request, parameters)
+    console = Console()
+    began = time.perf_counter()
+    with _progress() as progress:
+        task = progress.add_task("replaying", total=course.duration)
+        result = simulate_course(
+            course,
+            parameters,
+            request.output,
+            period_ns,
+            lambda done: progress.update(task, completed=done),
+        )
+    took = time.perf_counter() - began
+    said = (
+        f"{course.duration:.6g} s of {parameters.contour!r}, friction "
+        f"{parameters.scene.friction:g}, following {course.basis}: replayed in {took:.2g} s into "
+        f"{request.output}"
+    )
+    console.print(said, markup=False, highlight=False, soft_wrap=True)
+    comparison = _compare(request, experiment, recording, result)
+    notes = (*course.notes, *_elsewhere(course, recording, result), *result.touches)
+    return replace(comparison, notes=(*notes, *comparison.notes))
+
+
+def _read(request: Request) -> tuple[Experiment | None, Recording | None]:
+    """Return the experiment, if the source is one, and the recording, if there is one."""
+    if is_experiment(request.source):
+        if request.signal_map is not None:
+            raise InputError("an experiment file names its own", field="--signals")
+        experiment = read_experiment(request.source)
+        return experiment, experiment.log.read() if experiment.log else None
+    entries = None if request.signal_map is None else SignalMap.from_yaml(request.signal_map)
+    return None, read_recording(request.source, entries)
+
+
+def _parameters(
+    request: Request, experiment: Experiment | None, recording: Recording | None
+) -> Parameters:
+    if experiment is not None:
+        given = flat(node_parameters([experiment]))
+        if not experiment.motion:
+            given = {k: v for k, v in given.items() if k not in ("travel_max", "max_velocity")}
+    else:
+        given = logged_parameters(request.source)
+        if "contour" not in {**given, **request.options}:
+            given |= _logged_contour(request.source, request.signal_map)
+    if recording is not None and "publish_rate" not in given:
+        given["publish_rate"] = _tick_rate(recording)
+    return Parameters.parse({**given, **request.options})
+
+
+def _logged_contour(source: Path, signal_map: Path | None) -> dict[str, object]:
+    """Return the object that a log of the node says was in place."""
+    hint = "name the object: --contour"
+    if signal_map is not None:
+        raise InputError(hint, source=str(source))
+    try:
+        names = {str(message.content.data) for message in read_messages(source, [CONTOUR.name])}
+    except InputError:
+        raise InputError(f"does not say what was gripped; {hint}", source=str(source)) from None
+    if len(names) != 1:
+        listed = ", ".join(sorted(names))
+        raise InputError(
+            f"several objects were in place ({listed}): split the log, or {hint}",
+            field=CONTOUR.name,
+            source=str(source),
+        )
+    return {"contour": names.pop()}
+
+
+def _tick_rate(recording: Recording) -> float:
+    """Rate of the ticks [Hz] that a log was made at, as far as its travel shows it."""
+    if "travel" not in recording.signals or len(recording["travel"].time) < 2:
+        return FULL_RATE
+    rate = 1.0 / max(1e-3, float(np.median(np.diff(recording["travel"].time))))
+    return rate if rate >= SLOWEST_TICKS else FULL_RATE
+
+
+def _course(
+    request: Request,
+    experiment: Experiment | None,
+    recording: Recording | None,
+    parameters: Parameters,
+) -> Course:
+    if recording is None:
+        if request.basis == "travel" or experiment is None:
+            raise InputError("has no log", field="--from", source=str(request.source))
+        return planned(experiment.motion, parameters.limits, parameters.period_ns * 1e-9)
+    basis = request.basis
+    if basis is None:
+        basis = "commands" if "velocity_command" in recording.signals else "travel"
+    if basis == "commands":
+        return commanded(recording, parameters.limits, parameters.period_ns * 1e-9)
+    tolerance = quantity(
+        request.travel_tolerance, "m", field="--travel-tolerance", minimum=0.0, exclusive=True
+    )
+    return measured(recording, tolerance)
+
+
+def _sample_period(request: Request, parameters: Parameters) -> int:
+    """Time between two samples in the output [ns]: a whole number of ticks."""
+    ticks = max(1, round(1e9 / (FULL_RATE * parameters.period_ns)))
+    if request.rate is not None:
+        rate = quantity(
+            float(request.rate) if _is_number(request.rate) else request.rate,
+            "Hz",
+            field="--rate",
+            minimum=0.0,
+            exclusive=True,
+        )
+        ticks = max(1, round(1e9 / (rate * parameters.period_ns)))
+    return ticks * parameters.period_ns
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _compare(
+    request: Request, experiment: Experiment | None, recording: Recording | None, result: Replay
+) -> LogComparison:
+    source = str(request.source)
+    if experiment is not None:
+        return compare_experiment(result.recording, experiment, source, bounds=request.bounds)
+    if recording is None:
+        raise InputError("has no log", source=source)
+    title = f"Replay of {request.source.name}"
+    return compare_recordings(result.recording, recording, title=title, bounds=request.bounds)
+
+
+def _elsewhere(course: Course, recording: Recording | None, result: Replay) -> tuple[str, ...]:
+    """Say if the commands have led elsewhere than the recorded gripper went."""
+    if recording is None or "travel" not in recording.signals or not len(course.commands.time):
+        return ()
+    ours, theirs = result.recording["travel"], recording["travel"]
+    shift = 1e-9 * (result.recording.start - recording.start)
+    there = np.interp(ours.time + shift, theirs.time, theirs.value)
+    furthest = float(np.abs(ours.value - there).max())
+    if furthest <= ELSEWHERE:
+        return ()
+    return (
+        f"the commands lead up to {furthest * 1e3:.3g} mm away from the measured travel: other "
+        "commands, limits or ticks were in force, or the log began in motion; try --from travel",
+    )
+
+
+def _progress() -> Progress:
+    """On the error output, and only on a terminal."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
