@@ -16,7 +16,8 @@ from hma_gripper_sim.quantities import quantity
 Array = NDArray[np.float64]
 Velocity = float | Callable[[float], float]
 
-STEADY = 1e-6  # relative, and m/s²; a smaller change of the acceleration is rounding
+STEADY = 1e-6  # relative, and m/s²; a smaller change of the acceleration is no jump
+ROUND_OFF = 1e-12  # likewise; a smaller one is none at all
 SHORTEST = 1e-9  # s; a change of velocity within less than this is a jump
 STRAIGHT = 1e-4  # of the largest velocity; a deviation from a straight line that is kept
 
@@ -97,16 +98,19 @@ def of_ticks(start: float, period: float, travel: Array, velocity: Array) -> Mot
         At the ends of the ticks [m, m/s], shape (n + 1,).
     """
     acceleration = np.diff(velocity) / period
+    change = np.abs(np.diff(acceleration))
     largest = np.maximum(np.abs(acceleration[1:]), np.abs(acceleration[:-1]))
-    changes = np.abs(np.diff(acceleration)) > STEADY * np.maximum(1.0, largest)
-    rows = np.concatenate([[0], np.flatnonzero(changes) + 1, [len(acceleration)]])
+    corners = np.flatnonzero(change > ROUND_OFF * np.maximum(1.0, largest)) + 1
+    rows = np.concatenate([[0], corners, [len(acceleration)]])
     first, last = rows[:-1], rows[1:]
+    jump = np.ones(len(first), dtype=np.bool_)
+    jump[1:] = (change > STEADY * np.maximum(1.0, largest))[corners - 1]
     return Motion(
         start + period * rows,
         travel[rows],
         velocity[first],
         (velocity[last] - velocity[first]) / (period * (last - first)),
-        np.ones(len(first), dtype=np.bool_),
+        jump,
     )
 
 

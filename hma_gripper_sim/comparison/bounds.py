@@ -67,6 +67,14 @@ def read_bound(text: str) -> Bound:
     if name not in QUANTITIES:
         known = ", ".join((*ALIASES, *QUANTITIES))
         raise InputError(f"expected SIGNAL=LIMIT with one of {known}; got {text!r}", field=field)
-    relative = limit.endswith("%")
-    unit = "" if relative else QUANTITIES[name].unit
-    return Bound(name, quantity(limit, unit, field=f"{field} {name}", minimum=0.0), relative)
+    field = f"{field} {name}"
+    unit = QUANTITIES[name].unit
+    try:
+        number = float(limit.removesuffix("%"))
+    except ValueError:
+        if "%" in limit:
+            raise InputError(f"expected a share such as 2%, got {limit!r}", field=field) from None
+        return Bound(name, quantity(limit, unit, field=field, minimum=0.0), False)
+    if not limit.endswith("%"):
+        raise InputError(f"expected a share such as 2%, or a unit such as {unit}", field=field)
+    return Bound(name, quantity(0.01 * number, "", field=field, minimum=0.0), True)
