@@ -13,11 +13,12 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
 endif
 
-.PHONY: help demo test clean
+.PHONY: help demo test docs clean
 
 help:
 	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
 	@echo 'make test    set up $(VENV) and run ruff, mypy and pytest'
+	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
 	@echo 'make clean   remove $(VENV), build products and caches'
 	@echo 'Another Python (3.10 to 3.13): make demo PYTHON=python3.12'
 
@@ -29,6 +30,9 @@ test: $(VENV)/.installed-test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest
+
+docs: $(VENV)/.installed
+	$(BIN)/python -m hma_gripper_sim.ros.interface
 
 # Editable, so that both are set up anew only when a file changes that says what to install.
 $(VENV)/.installed: EXTRAS := ros

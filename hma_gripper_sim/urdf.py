@@ -2,9 +2,10 @@
 
 Frames: `MOUNT` has x to the right and z towards the object, as a tool flange has; a point (x, z)
 of the drawing plane, where z is up, stands at (x, 0, -z). Its origin is the middle of the top
-beam at travel 0. Every link's frame sits at the joint that carries it, turns with it, and is
-parallel to `MOUNT` where the top beam is not bent. Joint axes point along y, out of the plane, so
-that a positive angle turns counter-clockwise in the drawing plane, as in JointState.
+beam at travel 0. Every link's frame sits at the joint that carries it and turns with it: on the
+unbent top beam it is parallel to `MOUNT`, on a side beam turned by that beam's slant. Joint axes
+point along y, out of the plane, so that a positive angle turns counter-clockwise in the drawing
+plane, as in JointState.
 """
 
 from __future__ import annotations

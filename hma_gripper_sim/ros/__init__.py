@@ -18,6 +18,8 @@ arguments      ROS arguments on the command line
 client         GripperClient, for programs that command the node
 state_listener what the client knows of the node
 own_node       ROS for programs that have no node
+parameter_file a parameter file, read without ROS
+interface      writes down what the node offers: docs/ros_interface.md, SROS2 policy
 =============  ==================================================================
 
 The client's names are imported when they are first used: `sim_node` is not to wait for them.

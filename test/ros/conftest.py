@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -95,6 +95,14 @@ def start_node(domain: None, tmp_path: Path) -> Iterator[Callable[..., NodeProce
     yield start
     for process in started:
         process.remove()
+
+
+class Graph(NamedTuple):
+    """Types of what a node has, by full name."""
+
+    subscriptions: dict[str, str]
+    publishers: dict[str, str]
+    services: dict[str, str]
 
 
 class Client:
@@ -199,6 +207,40 @@ class Client:
         listed = self._request(ListParameters, "list_parameters", ListParameters.Request())
         request = DescribeParameters.Request(names=listed.result.names)
         return list(self._request(DescribeParameters, "describe_parameters", request).descriptors)
+
+    def parameter_names(self) -> list[str]:
+        """Return the names of all parameters of the node."""
+        from rcl_interfaces.srv import ListParameters
+
+        listed = self._request(ListParameters, "list_parameters", ListParameters.Request())
+        return list(listed.result.names)
+
+    def graph(self, namespace: str) -> Graph:
+        """Return what a node in a namespace has, as far as it has been discovered."""
+        name = NODE.strip("/")
+        self.wait(lambda: (name, namespace) in self._node.get_node_names_and_namespaces())
+        return Graph(
+            *(
+                {topic: kind for topic, (kind,) in by_node(name, namespace)}
+                for by_node in (
+                    self._node.get_subscriber_names_and_types_by_node,
+                    self._node.get_publisher_names_and_types_by_node,
+                    self._node.get_service_names_and_types_by_node,
+                )
+            )
+        )
+
+    def qos(self, kind: str, topic: str) -> tuple[str, str]:
+        """Return reliability and durability of the node's subscription or publisher, in words."""
+        find = {
+            "subscriptions": self._node.get_subscriptions_info_by_topic,
+            "publishers": self._node.get_publishers_info_by_topic,
+        }[kind]
+        name = NODE.strip("/")
+        profile = next(item.qos_profile for item in find(topic) if item.node_name == name)
+        words = (profile.reliability.name, profile.durability.name)
+        reliability, durability = (word.lower().replace("_", " ") for word in words)
+        return reliability, durability
 
     def services(self) -> set[str]:
         """Names of the services of the node."""
