@@ -113,6 +113,7 @@ setup(
             "pytest>=8.0,<9",
             "ruff==0.17.6",
             "types-PyYAML>=6.0",
+            "xacro>=2.0",
             "yourdfpy>=0.0.56",
         ],
     },
