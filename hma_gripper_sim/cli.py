@@ -72,7 +72,7 @@ def demo(
     design: Path | None,
     real_time_factor: float,
 ) -> None:
-    r"""Pick up objects over ROS 2 and compare with the real gripper.
+    """Pick up objects over ROS 2 and compare with the real gripper.
 
     Starts the simulation node as a process of its own, on a ROS domain of its own that stays on
     this machine. For each experiment it selects the object by service, moves the gripper onto it

@@ -22,9 +22,13 @@ from hma_gripper_sim.errors import InputError
     metavar="FILE",
     help="Gripper (YAML). Default: the one of the thesis.",
 )
-@click.option("--discretisation", metavar="thesis|midpoint", help="As the node's parameter.")
-@click.option("--elements-top", type=int, metavar="N", help="As the node's parameter.")
-@click.option("--elements-beam", type=int, metavar="N", help="As the node's parameter.")
+@click.option(
+    "--discretisation",
+    metavar="thesis|midpoint",
+    help="How the node divides the gripper into elements. Default: thesis.",
+)
+@click.option("--elements-top", type=int, metavar="N", help="Elements of half the top beam.")
+@click.option("--elements-beam", type=int, metavar="N", help="Elements of a side beam.")
 @click.option(
     "--parent",
     metavar="LINK",
@@ -55,7 +59,7 @@ def urdf(
     rpy: tuple[float, float, float],
     output: Path | None,
 ) -> None:
-    r"""Print the gripper's robot description (URDF).
+    """Print the gripper's robot description (URDF).
 
     Its joints are those of the node's joint states, for robot_state_publisher, RViz, Foxglove and
     MoveIt. What differs from the node's defaults has to be told as it was told to the node. With

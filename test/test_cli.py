@@ -57,6 +57,13 @@ def test_help_of_the_demo_explains_exit_codes_and_gives_examples() -> None:
         assert text in shown.stdout
 
 
+@pytest.mark.parametrize("command", list(cli.commands))
+def test_help_of_every_command_keeps_the_lines_of_its_examples(command: str) -> None:
+    shown = CliRunner().invoke(cli, [command, "--help"], terminal_width=100).stdout
+    assert f"\n    hma_gripper {command}" in shown
+    assert "\\b" not in shown
+
+
 @pytest.mark.parametrize(
     ("old", "new", "field", "reason"),
     [

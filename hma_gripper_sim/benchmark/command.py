@@ -22,7 +22,7 @@ import click
     help="Directory for benchmarks.md, benchmarks.json and the plots.",
 )
 def benchmark(quick: bool, out: Path) -> None:
-    r"""Measure speed against error, beside other simulators.
+    """Measure speed against error, beside other simulators.
 
     Simulates the thesis' scenes, a hold, a reversal and a cantilever with a sweep of tolerances and
     resolutions, on one core, beside MuJoCo, Exudyn and scipy where they are installed

@@ -65,7 +65,7 @@ def compare(
     json_file: Path | None,
     html_file: Path | None,
 ) -> None:
-    r"""Compare a simulated log with an experiment, or with another log.
+    """Compare a simulated log with an experiment, or with another log.
 
     SIM is a log of the node or of `hma_gripper replay`. EXPERIMENT is an experiment file (YAML), a
     name of a shipped one such as thesis_2013_box, or a log.

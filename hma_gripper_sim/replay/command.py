@@ -90,7 +90,7 @@ def replay(
     json_file: Path | None,
     html_file: Path | None,
 ) -> None:
-    r"""Simulate what was done to a gripper in a log, offline, and compare.
+    """Simulate what was done to a gripper in a log, offline, and compare.
 
     LOG is a log of the node, of a real gripper, an experiment file (YAML), or the name of a
     shipped experiment such as thesis_2013_box. What is simulated is taken from it where it says
@@ -106,7 +106,7 @@ def replay(
     Examples:
       hma_gripper replay thesis_2013_box --output sim/box
       hma_gripper replay report/thesis_2013_box/log --output again --max-error phi=0.5%
-      hma_gripper replay real.mcap --signals my_arm.yaml --contour cup.yaml --friction 0.8 \
+      hma_gripper replay real.mcap --signals my_arm.yaml --contour cup.yaml --friction 0.8 \\
         --from travel --output sim/cup --html cup.html
     """
     from hma_gripper_sim.comparison.bounds import read_bound

@@ -1,6 +1,6 @@
 """Cost of reading a long log: makes one as the node would have it recorded, and reads it.
 
-Not a test: ``python test/load/log_load.py --minutes 60 --joints 1 /tmp/hour.mcap``
+Not a test: ``python test/load/log_load.py --minutes 60 --joints 1 hour.mcap``
 """
 
 from __future__ import annotations
