@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, cast
 import zstandard
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Rosbag1Reader
+from rosbags.rosbag1 import ReaderError as Rosbag1Error
 from rosbags.rosbag2 import Reader as Rosbag2Reader
 
 from hma_gripper_sim.errors import InputError, first_line
@@ -152,6 +153,8 @@ class Log:
             raise InputError(f"cannot be read: {reason}", source=source) from None
         except Exception as error:
             reason = first_line(error)
+            if isinstance(error, Rosbag1Error):
+                reason += "; 'rosbag reindex' may repair it"
             raise InputError(f"cannot be read: {reason}", source=source) from None
 
 

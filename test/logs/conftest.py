@@ -255,6 +255,12 @@ def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: P
 
 
 @pytest.fixture
+def storages() -> dict[str, Callable[[Path, Sequence[Entry]], Path]]:
+    """How to store messages in a folder, by name."""
+    return STORAGES
+
+
+@pytest.fixture
 def by_mcap(tmp_path: Path) -> Callable[..., Path]:
     """Write messages with the mcap library; return the file's path."""
     return partial(store_by_mcap, tmp_path)
