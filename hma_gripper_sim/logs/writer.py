@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType, TracebackType
+from typing import ClassVar
 
 from rosbags.interfaces import (
     Connection,
@@ -19,10 +20,17 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.mcap_storage import McapStorage
 from hma_gripper_sim.logs.topics import Topic
 
 _FOREVER = QosTime(0x7FFFFFFF, 0xFFFFFFFF)
 """How rosbag2 writes a deadline or lifespan that never ends."""
+
+
+class _Rosbag2Writer(Writer):  # type: ignore[misc]
+    STORAGE_PLUGINS: ClassVar[dict[StoragePlugin, type[McapStorage]]] = {
+        StoragePlugin.MCAP: McapStorage
+    }
 
 
 class LogWriter:
@@ -55,7 +63,7 @@ class LogWriter:
     ) -> None:
         if path.exists():
             raise InputError("exists already", source=str(path))
-        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer = _Rosbag2Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
         if compressed:
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         for name, text in custom_data.items():
@@ -79,6 +87,10 @@ class LogWriter:
     def write(self, topic: str, stamp: int, data: bytes) -> None:
         """Append one message: its CDR bytes, logged at `stamp` [ns]."""
         self._writer.write(self._connections[topic], stamp, data)
+
+    def flush(self) -> None:
+        """Hand what has been written to the operating system; a killed program loses none of it."""
+        self._writer.storage.flush()
 
     def __enter__(self) -> LogWriter:
         return self

@@ -255,6 +255,12 @@ def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: P
 
 
 @pytest.fixture
+def serialise() -> Callable[[Any], bytes]:
+    """Serialise a message."""
+    return serialised
+
+
+@pytest.fixture
 def storages() -> dict[str, Callable[[Path, Sequence[Entry]], Path]]:
     """How to store messages in a folder, by name."""
     return STORAGES

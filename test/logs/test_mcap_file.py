@@ -25,19 +25,24 @@ WRENCH = "/hma_gripper_sim/actuator_wrench"
 Write = Callable[..., Path]
 
 CHUNKED = {"compression": CompressionType.NONE, "chunk_size": 2000}
+OURS: dict[str, Any] = {}
 WAYS = {
     "chunks": CHUNKED,
     "zstd chunks": {"compression": CompressionType.ZSTD, "chunk_size": 2000},
     "lz4 chunks": {"compression": CompressionType.LZ4, "chunk_size": 2000},
+    "our own": OURS,
     "no chunks": {"use_chunking": False, "enable_data_crcs": True},
 }
 
 
 @pytest.fixture
-def write(by_mcap: Write, make_ticks: Callable[[int], list[Any]]) -> Callable[..., Path]:
-    """Write ten ticks with the mcap library."""
+def write(by_mcap: Write, write_log: Write, make_ticks: Callable[[int], Any]) -> Write:
+    """Write ten ticks with the mcap library, or with our own writer."""
 
     def write_ticks(**options: Any) -> Path:
+        if options == OURS:
+            directory = write_log(make_ticks(10))
+            return next(directory.glob("*.mcap"))
         return by_mcap(make_ticks(10), **options)
 
     return write_ticks
@@ -57,8 +62,8 @@ def test_truncated_file_gives_what_is_left_and_says_so(
     write: Write, tmp_path: Path, options: dict[str, Any]
 ) -> None:
     """Wherever it is cut: never another number, and never without a word about the loss."""
-    content = write(**options).read_bytes()
-    whole = read_recording(tmp_path / "plain.mcap")
+    path = write(**options)
+    content, whole = path.read_bytes(), read_recording(path)
     cut, errors, samples = tmp_path / "cut.mcap", [], set()
     for kept in range(0, len(content), 97):
         cut.write_bytes(content[:kept])
@@ -97,8 +102,8 @@ def test_damaged_file_never_gives_another_number(
     write: Write, tmp_path: Path, options: dict[str, Any]
 ) -> None:
     """One byte is changed, anywhere: an error, or what the file held before."""
-    content = write(**options).read_bytes()
-    whole = read_recording(tmp_path / "plain.mcap")
+    path = write(**options)
+    content, whole = path.read_bytes(), read_recording(path)
     damaged, errors = tmp_path / "damaged.mcap", []
     chance = random.Random(1)
     for position in range(0, len(content), 29):
@@ -145,7 +150,7 @@ def test_wrong_checksum_of_the_data_section_is_named(write: Write) -> None:
 
 
 def test_wrong_checksum_of_the_summary_is_named(write: Write) -> None:
-    path = write()
+    path = write(chunk_size=2000)
     content = path.read_bytes()
     name = content.rindex(b"sensor_msgs/msg/JointState")
     path.write_bytes(content[:name] + b"S" + content[name + 1 :])

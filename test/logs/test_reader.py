@@ -17,7 +17,7 @@ START, PERIOD = 1_700_000_000_123_456_789, 10_000_000  # ns
 JOINT_STATES, WRENCH = "/joint_states", "/hma_gripper_sim/actuator_wrench"
 
 
-Write = Callable[[list[Any]], Path]
+Write = Callable[..., Path]
 
 
 def on(entries: list[Any], topic: str) -> list[Any]:
@@ -131,14 +131,14 @@ def test_missing_efforts_are_named(entries: list[Any], write_log: Write) -> None
     refused(write_log(entries), "0 entries of 'effort'", JOINT_STATES)
 
 
-def test_damaged_message_is_named(five_ticks: Path) -> None:
-    """A string that claims to be longer than its message."""
-    file = five_ticks / "up.mcap"
+def test_damaged_message_is_named(entries: list[Any], by_mcap: Write) -> None:
+    """A string that claims to be longer than its message, and no checksum that tells."""
+    file = by_mcap(entries, use_chunking=False)
     content = file.read_bytes()
     name = b"\x06\x00\x00\x00slide"
     assert content.count(name) == 5
     file.write_bytes(content.replace(name, b"\xff\xff\xff\x7fslide"))
-    refused(five_ticks, "logged at 1700000000.123456 s cannot be deserialised", JOINT_STATES)
+    refused(file, "logged at 1700000000.123456 s cannot be deserialised", JOINT_STATES)
 
 
 def test_unreadable_paths_are_named(tmp_path: Path) -> None:
