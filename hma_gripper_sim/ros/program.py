@@ -13,10 +13,9 @@ import gc
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from threading import Event, Thread
-from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -51,7 +50,7 @@ def run_node(arguments: Sequence[str]) -> int:
     The exit code: 0 after a signal; 2 when an argument or parameter cannot be used.
     """
     mailbox = Mailbox()
-    _on_signals(lambda *_: mailbox.stop())
+    _stop_on_signals(mailbox)
     try:
         _run(arguments, mailbox)
     except InputError as error:
@@ -72,7 +71,7 @@ def _run(arguments: Sequence[str], mailbox: Mailbox) -> None:
             mailbox.serve(0.0)
             if mailbox.stopped:
                 return
-            with _interruptible():
+            with _interruptible(mailbox):
                 drive = _ready_drive(settings)
             gripper = SimNode(node, settings, drive, mailbox)
             gc.freeze()  # what is there now stays: no collection stops a tick to look through it
@@ -101,20 +100,35 @@ def _ready_drive(settings: Settings) -> Drive:
     )
 
 
-def _on_signals(handler: Callable[..., Any]) -> None:
+def _stop_on_signals(mailbox: Mailbox) -> None:
     for number in SIGNALS:
-        signal.signal(number, handler)
+        signal.signal(number, lambda *_: mailbox.stop())
 
 
 @contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let a signal raise `KeyboardInterrupt` meanwhile: compiling may take a quarter minute."""
-    before = signal.getsignal(signal.SIGINT)
+def _interruptible(mailbox: Mailbox) -> Iterator[None]:
+    """Let a signal raise `KeyboardInterrupt` meanwhile: compiling may take a quarter minute.
+
+    The mailbox is told all the same: Python drops what is raised in a finaliser, and would print
+    a traceback for it.
+    """
+
+    def interrupt(*_: object) -> None:
+        _stop_on_signals(mailbox)
+        mailbox.stop()
+        raise KeyboardInterrupt
+
+    report = sys.unraisablehook
+    sys.unraisablehook = lambda dropped: (
+        None if dropped.exc_type is KeyboardInterrupt else report(dropped)
+    )
+    for number in SIGNALS:
+        signal.signal(number, interrupt)
     try:
-        _on_signals(signal.default_int_handler)
         yield
     finally:
-        _on_signals(before)  # type: ignore[arg-type]
+        _stop_on_signals(mailbox)
+        sys.unraisablehook = report
 
 
 @contextmanager
