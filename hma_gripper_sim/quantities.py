@@ -136,6 +136,15 @@ def refuse_unknown(
             )
 
 
+def read_text(path: str | Path) -> str:
+    """Read a UTF-8 text file; raise `InputError` if that is not possible."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError(f"cannot be read: {reason}", source=str(path)) from None
+
+
 def read_yaml(path: str | Path) -> dict[str, Any]:
     """Read a YAML file whose top level is a mapping.
 
@@ -144,12 +153,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     InputError
         The file cannot be read, is not YAML, or holds something else.
     """
-    source = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise InputError(f"cannot be read: {reason}", source=source) from None
+    source, text = str(path), read_text(path)
     try:
         content = yaml.safe_load(text)
     except ValueError as error:  # such as a date that does not exist

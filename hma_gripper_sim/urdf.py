@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,8 +39,9 @@ def gripper_urdf(
     parent: str | None = None,
     xyz: Sequence[float] = (0.0, 0.0, 0.0),
     rpy: Sequence[float] = (0.0, 0.0, 0.0),
+    arm: str | None = None,
 ) -> str:
-    """Return the URDF of a scene's gripper.
+    """Return the URDF of a scene's gripper, alone or on an arm.
 
     Joints have the names of ``scene.joint_names`` and stand in that order; the link that a joint
     carries is called ``<joint>_link``. Limits of the revolute joints are where the material's
@@ -56,33 +57,43 @@ def gripper_urdf(
     limits
         Of the drive: travel and velocity of `SLIDE`.
     parent
-        Link that carries `MOUNT`, such as an arm's flange; it becomes the root, by a fixed joint.
-        None: `MOUNT` is the root.
+        Link that carries `MOUNT` by a fixed joint, such as an arm's flange: a link of `arm`, or
+        else the root of what is returned. None: `MOUNT` is the root.
     xyz, rpy
         Place [m], and roll, pitch and yaw [rad], of `MOUNT` on `parent`.
+    arm
+        URDF of an arm that the gripper becomes a part of. None: the gripper alone.
 
     Raises
     ------
     InputError
-        The name of the parent is empty or taken, a number is not finite, or a place is given
-        without a parent.
+        The name of the parent is empty or taken, a number is not finite, a place or an arm is
+        given without a parent, or the arm has no such link or names of the gripper's.
     """
-    robot = ET.Element("robot", name="hma_gripper")
-    material = ET.SubElement(robot, "material", name=_MATERIAL)
-    ET.SubElement(material, "color", rgba="0.85 0.6 0.2 1")
     place = {
         name: [quantity(value, unit, field=name) for value in values]
         for name, values, unit in (("xyz", xyz, "m"), ("rpy", rpy, "rad"))
     }
+    if parent is None and (arm is not None or any(map(any, place.values()))):
+        raise InputError("a place or an arm needs a link to be on", field="parent")
+    own = {*scene.joint_names, *map(_link_name, scene.joint_names), MOUNT, f"{MOUNT}_joint"}
+    if parent is not None and (not parent.strip() or parent in own):
+        raise InputError(f"{parent!r} is no name for another link", field="parent")
+    if arm is not None:
+        robot = _read_arm(arm, own)
+        names = [link.get("name", "") for link in robot.findall("link")]
+        if parent not in names:
+            raise InputError(f"the arm has no link {parent!r}", field="parent")
+    else:
+        robot = ET.Element("robot", name="hma_gripper")
+        if parent is not None:
+            ET.SubElement(robot, "link", name=parent)
+    material = ET.SubElement(robot, "material", name=_MATERIAL)
+    ET.SubElement(material, "color", rgba="0.85 0.6 0.2 1")
     if parent is not None:
-        if not parent.strip() or parent == MOUNT or parent in map(_link_name, scene.joint_names):
-            raise InputError(f"{parent!r} is no name for another link", field="parent")
-        ET.SubElement(robot, "link", name=parent)
         joint = _joint(f"{MOUNT}_joint", "fixed", parent, MOUNT)
         joint.append(_origin(place["xyz"], place["rpy"]))
         robot.append(joint)
-    elif any(map(any, place.values())):
-        raise InputError("a place needs a parent to be on", field="parent")
     ET.SubElement(robot, "link", name=MOUNT)
     robot.extend(_slide(scene, limits))
     halves = [_half(scene, limits, side) for side in (0, 1)]
@@ -90,6 +101,22 @@ def gripper_urdf(
         robot.extend(next(half[name] for half in halves if name in half))
     ET.indent(robot)
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
+
+
+def _read_arm(text: str, taken: Collection[str]) -> ET.Element:
+    """Return the root of an arm's URDF, in which no name may be `taken`."""
+    try:
+        robot = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise InputError(f"not XML: {error}", field="arm") from None
+    if robot.tag != "robot":
+        raise InputError(f"no URDF: its root is <{robot.tag}>", field="arm")
+    if any("wiki/xacro" in item.tag for item in robot.iter()):
+        raise InputError("expand it first: xacro FILE > arm.urdf", field="arm")
+    names = {item.get("name", "") for kind in ("link", "joint") for item in robot.findall(kind)}
+    if double := sorted(names & set(taken)):
+        raise InputError(f"already has a link or joint {double[0]!r}", field="arm")
+    return robot
 
 
 def _slide(scene: Scene, limits: DriveLimits) -> tuple[ET.Element, ET.Element]:

@@ -34,6 +34,12 @@ from hma_gripper_sim.errors import InputError
     metavar="LINK",
     help="Link that carries the gripper, such as an arm's flange. Default: none.",
 )
+@click.option(
+    "--arm",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Arm (URDF) with that link: print one description of both.",
+)
 @click.option("--xyz", type=float, nargs=3, default=(0.0, 0.0, 0.0), help="Place on that link [m].")
 @click.option(
     "--rpy",
@@ -55,6 +61,7 @@ def urdf(
     elements_top: int | None,
     elements_beam: int | None,
     parent: str | None,
+    arm: Path | None,
     xyz: tuple[float, float, float],
     rpy: tuple[float, float, float],
     output: Path | None,
@@ -62,17 +69,20 @@ def urdf(
     """Print the gripper's robot description (URDF).
 
     Its joints are those of the node's joint states, for robot_state_publisher, RViz, Foxglove and
-    MoveIt. What differs from the node's defaults has to be told as it was told to the node. With
-    --parent the root is that link, so that the frames join those of an arm that another
-    robot_state_publisher publishes; to include the gripper in an arm's own description leave
-    --parent away and attach the link gripper_mount there.
+    MoveIt. What differs from the node's defaults has to be told as it was told to the node.
+
+    On an arm: with --parent and --arm it becomes part of the arm's description. With --parent alone
+    that link is the root, so that the frames join those of an arm that has a robot_state_publisher
+    of its own. To include it by xacro leave both away, and attach the link gripper_mount.
 
     \b
     Examples:
       hma_gripper urdf --output gripper.urdf
       hma_gripper urdf --params-file sim_node.yaml --parent tool0
+      hma_gripper urdf --arm arm.urdf --parent tool0 --output arm_with_gripper.urdf
       hma_gripper urdf --discretisation midpoint --elements-top 2 --elements-beam 8
     """
+    from hma_gripper_sim.quantities import read_text
     from hma_gripper_sim.ros.parameter_file import read_parameter_file
     from hma_gripper_sim.ros.settings import Settings
     from hma_gripper_sim.urdf import gripper_urdf
@@ -93,7 +103,11 @@ def urdf(
             source=error.source or (str(params_file) if from_file else None)
         ) from None
     scene = settings.scenes[settings.contour]
-    text = gripper_urdf(scene, settings.limits, parent=parent, xyz=xyz, rpy=rpy)
+    carrier = read_text(arm) if arm else None
+    try:
+        text = gripper_urdf(scene, settings.limits, parent=parent, xyz=xyz, rpy=rpy, arm=carrier)
+    except InputError as error:
+        raise error.within(source=str(arm) if error.field == "arm" else None) from None
     if output is None:
         click.echo(text, nl=False)
     else:

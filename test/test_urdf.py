@@ -224,6 +224,58 @@ def test_a_parent_that_cannot_be_is_refused(design, name):
         gripper_urdf(Scene(design, Circle(0.015)), LIMITS, parent=name)
 
 
+ARM = """<?xml version="1.0" encoding="utf-8"?>
+<robot name="arm">
+  <link name="base"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/>
+    <child link="flange"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="1" velocity="1"/>
+    <origin xyz="0.3 0 0.4" rpy="0 0 0"/>
+  </joint>
+  <link name="flange"/>
+</robot>
+"""
+
+
+def test_on_an_arm_the_gripper_moves_with_its_flange(design):
+    scene = Scene(design, Circle(0.015))
+    text = gripper_urdf(scene, LIMITS, arm=ARM, parent="flange", xyz=(0.0, 0.0, 0.1))
+    robot = load(text)
+    assert robot.robot.name == "arm"
+    assert robot.base_link == "base"
+    joints = [joint.name for joint in robot.robot.joints]
+    assert joints == ["shoulder", "gripper_mount_joint", *scene.joint_names]
+    robot.update_cfg({"shoulder": np.pi / 2, "slide": 0.02})
+    # z of the flange, and with it the travel, now points along x of the base.
+    place = robot.get_transform("slide_link", "base")[:3, 3]
+    assert place == pytest.approx((0.3 + 0.1 + 0.02, 0.0, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("arm", "parent", "reason"),
+    [
+        (ARM, None, "needs a link to be on"),
+        (ARM, "tool0", "no link 'tool0'"),
+        (ARM.replace("shoulder", "slide"), "flange", "already has a link or joint 'slide'"),
+        (ARM.replace("base", "gripper_mount"), "flange", "joint 'gripper_mount'"),
+        (ARM.replace("robot", "sdf"), "flange", "its root is <sdf>"),
+        (ARM[:-10], "flange", "not XML"),
+        (
+            ARM.replace(
+                '<link name="base"/>', '<a:arg xmlns:a="http://www.ros.org/wiki/xacro" name="x"/>'
+            ),
+            "flange",
+            "expand it first",
+        ),
+    ],
+)
+def test_an_arm_that_cannot_carry_it_is_refused(design, arm, parent, reason):
+    with pytest.raises(InputError, match=reason):
+        gripper_urdf(Scene(design, Circle(0.015)), LIMITS, arm=arm, parent=parent)
+
+
 def run(*arguments: str | Path):
     return CliRunner().invoke(cli, ["urdf", *map(str, arguments)])
 
@@ -257,6 +309,13 @@ def test_command_prints_the_thesis_gripper(design):
     assert len(ET.fromstring(result.output).findall("joint")) == 64
 
 
+def test_command_hangs_it_on_an_arm(tmp_path):
+    (tmp_path / "arm.urdf").write_text(ARM)
+    result = run("--arm", tmp_path / "arm.urdf", "--parent", "flange")
+    assert result.exit_code == 0
+    assert load(result.output).base_link == "base"
+
+
 @pytest.mark.parametrize(
     ("arguments", "content", "start"),
     [
@@ -265,7 +324,10 @@ def test_command_prints_the_thesis_gripper(design):
         (["--elements-beam", "-1"], "", "elements_beam: must be at least"),
         (["--parent", "slide_link"], "", "parent: 'slide_link' is no name"),
         (["--xyz", "0", "0", "nan", "--parent", "tool0"], "", "xyz: must be finite"),
-        (["--xyz", "0", "0", "1"], "", "parent: a place needs a parent"),
+        (["--xyz", "0", "0", "1"], "", "parent: a place or an arm needs"),
+        (["--arm", "{file}"], "<robot/>", "parent: a place or an arm needs"),
+        (["--arm", "{file}", "--parent", "a"], "{}", "{file}: arm: not XML"),
+        (["--arm", "{file}.urdf", "--parent", "a"], "", "{file}.urdf: cannot be read"),
         (["--params-file", "{file}"], "{}", "{file}: holds no ros__parameters"),
         (
             ["--params-file", "{file}"],

@@ -139,9 +139,9 @@ tool's. Actuator wrench and markers are in it; an arm's flange carries it. |
 `gripper_mount`, on a side beam turned by its slant. y points out of the plane, so joint angles go \
 in as they are. |
 
-- With `--parent LINK` that link is the root, and its frames join those of the arm's own
-  `robot_state_publisher`. For one description of both, leave it away, include the URDF in the
-  arm's xacro and attach `gripper_mount` by a fixed joint, as
+- On an arm: `--arm arm.urdf --parent tool0` gives one description of both. `--parent tool0` alone
+  makes that link the root, so that the frames join those of an arm with a `robot_state_publisher`
+  of its own. To include it by xacro leave both away and attach `gripper_mount`, as
   [config/ros2_control/](../config/ros2_control) does.
 - Tell the command what was told to the node: `--params-file`, or `--design`, `--discretisation`
   and the numbers of elements.
@@ -153,15 +153,13 @@ in as they are. |
 
 [config/ros2_control/](../config/ros2_control) makes the joint `slide` a hardware of ros2_control by
 `joint_state_topic_hardware_interface`, with JointGroupVelocityController and
-JointTrajectoryController.
+JointTrajectoryController; [behind_your_arm.md](behind_your_arm.md#ros2_control) shows how.
 
 - `trigger_joint_command_threshold` must be -1: by default the hardware holds back commands that the
   state already meets, so an axis that tracks perfectly would get none and be stopped by
   `command_timeout`.
 - `slide` needs all three state interfaces, since `joint_states` fills all three, and an initial
   command of 0, since NaN is refused.
-- Without ros2_control the node takes what the controllers would take: remap their clients to
-  `~/commands` or `~/joint_trajectory`.
 """
 
 SECURITY = """
@@ -175,7 +173,7 @@ ros2 security create_keystore keystore
 ros2 security create_enclave keystore /hma_gripper_sim
 ros2 security create_permission keystore /hma_gripper_sim \\
   $(ros2 pkg prefix --share hma_gripper_sim)/config/sros2/policy.xml
-export ROS_SECURITY_KEYSTORE=keystore ROS_SECURITY_ENABLE=true ROS_SECURITY_STRATEGY=Enforce
+export ROS_SECURITY_KEYSTORE=$PWD/keystore ROS_SECURITY_ENABLE=true ROS_SECURITY_STRATEGY=Enforce
 ros2 run hma_gripper_sim sim_node --ros-args --enclave /hma_gripper_sim
 ```
 
@@ -186,9 +184,11 @@ its own that allows publishing to the command topics.
 ## What was checked, and what was not
 
 Tests compare this page, the policy and every name in `config/` with the running node, expand the
-xacro files, and put every link of the URDF to where the simulation has it. The launch file was also
-run by ros2 launch of Jazzy, with stand-ins for robot_state_publisher and RViz; its test runs where
-launch_ros is installed. `ros2 security create_permission` accepts the policy. There are no wheels
-of robot_state_publisher, RViz, Foxglove and ros2_control, and those of Fast DDS have no DDS
-Security: with these the files have not been run.
+xacro files, and check that every link of the URDF is where the simulation has it. By hand:
+urdfdom's `check_urdf` reads the URDF; ros2 launch of Jazzy ran the launch file, with stand-ins for
+robot_state_publisher and RViz (its test runs where launch_ros is installed);
+`ros2 security create_permission` accepts the policy; the controllers' parameters are those of
+ros2_controllers' Jazzy branch, and a stand-in with these gains followed a trajectory to 0.02 mm.
+There are no wheels of robot_state_publisher, RViz, Foxglove and ros2_control, and those of Fast DDS
+have no DDS Security: with these the files have not been run.
 """
