@@ -48,7 +48,7 @@ def gripper_urdf(
     linear range ends, and the speed at which a body's far end is as fast as the drive may be; the
     effort of `SLIDE` is what bends the top beam that far when it acts below the corners. The
     simulation itself stops at neither. Inertia in the drawing plane is the simulation's; a tip's
-    second moment of area, of which a design states the sum only, is split evenly.
+    moments along x and along z, of which a design states the sum only, are taken to be equal.
 
     Parameters
     ----------
@@ -74,20 +74,10 @@ def gripper_urdf(
         name: [quantity(value, unit, field=name) for value in values]
         for name, values, unit in (("xyz", xyz, "m"), ("rpy", rpy, "rad"))
     }
-    if parent is None and (arm is not None or any(map(any, place.values()))):
-        raise InputError("a place or an arm needs a link to be on", field="parent")
+    if parent is None and any(map(any, place.values())):
+        raise InputError("a place needs a link to be on", field="parent")
     own = {*scene.joint_names, *map(_link_name, scene.joint_names), MOUNT, f"{MOUNT}_joint"}
-    if parent is not None and (not parent.strip() or parent in own):
-        raise InputError(f"{parent!r} is no name for another link", field="parent")
-    if arm is not None:
-        robot = _read_arm(arm, own)
-        names = [link.get("name", "") for link in robot.findall("link")]
-        if parent not in names:
-            raise InputError(f"the arm has no link {parent!r}", field="parent")
-    else:
-        robot = ET.Element("robot", name="hma_gripper")
-        if parent is not None:
-            ET.SubElement(robot, "link", name=parent)
+    robot = _carrier(parent, own) if arm is None else _arm(arm, parent, own)
     material = ET.SubElement(robot, "material", name=_MATERIAL)
     ET.SubElement(material, "color", rgba="0.85 0.6 0.2 1")
     if parent is not None:
@@ -103,8 +93,18 @@ def gripper_urdf(
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
 
 
-def _read_arm(text: str, taken: Collection[str]) -> ET.Element:
-    """Return the root of an arm's URDF, in which no name may be `taken`."""
+def _carrier(parent: str | None, own: Collection[str]) -> ET.Element:
+    """Return a robot that is empty, or a single link."""
+    robot = ET.Element("robot", name="hma_gripper")
+    if parent is not None:
+        if not parent.strip() or parent in own:
+            raise InputError(f"{parent!r} is no name for another link", field="parent")
+        ET.SubElement(robot, "link", name=parent)
+    return robot
+
+
+def _arm(text: str, parent: str | None, own: Collection[str]) -> ET.Element:
+    """Return the robot of an arm's URDF, which has the link and none of the gripper's names."""
     try:
         robot = ET.fromstring(text)
     except ET.ParseError as error:
@@ -113,9 +113,13 @@ def _read_arm(text: str, taken: Collection[str]) -> ET.Element:
         raise InputError(f"no URDF: its root is <{robot.tag}>", field="arm")
     if any("wiki/xacro" in item.tag for item in robot.iter()):
         raise InputError("expand it first: xacro FILE > arm.urdf", field="arm")
-    names = {item.get("name", "") for kind in ("link", "joint") for item in robot.findall(kind)}
-    if double := sorted(names & set(taken)):
+    links, joints = (
+        {item.get("name", "") for item in robot.findall(kind)} for kind in ("link", "joint")
+    )
+    if double := sorted((links | joints) & set(own)):
         raise InputError(f"already has a link or joint {double[0]!r}", field="arm")
+    if parent not in links:
+        raise InputError(f"must be a link of the arm, got {parent!r}", field="parent")
     return robot
 
 

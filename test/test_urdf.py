@@ -256,8 +256,8 @@ def test_on_an_arm_the_gripper_moves_with_its_flange(design):
 @pytest.mark.parametrize(
     ("arm", "parent", "reason"),
     [
-        (ARM, None, "needs a link to be on"),
-        (ARM, "tool0", "no link 'tool0'"),
+        (ARM, None, "must be a link of the arm, got None"),
+        (ARM, "tool0", "must be a link of the arm, got 'tool0'"),
         (ARM.replace("shoulder", "slide"), "flange", "already has a link or joint 'slide'"),
         (ARM.replace("base", "gripper_mount"), "flange", "joint 'gripper_mount'"),
         (ARM.replace("robot", "sdf"), "flange", "its root is <sdf>"),
@@ -324,8 +324,8 @@ def test_command_hangs_it_on_an_arm(tmp_path):
         (["--elements-beam", "-1"], "", "elements_beam: must be at least"),
         (["--parent", "slide_link"], "", "parent: 'slide_link' is no name"),
         (["--xyz", "0", "0", "nan", "--parent", "tool0"], "", "xyz: must be finite"),
-        (["--xyz", "0", "0", "1"], "", "parent: a place or an arm needs"),
-        (["--arm", "{file}"], "<robot/>", "parent: a place or an arm needs"),
+        (["--xyz", "0", "0", "1"], "", "parent: a place needs a link"),
+        (["--arm", "{file}"], "<robot/>", "parent: must be a link of the arm"),
         (["--arm", "{file}", "--parent", "a"], "{}", "{file}: arm: not XML"),
         (["--arm", "{file}.urdf", "--parent", "a"], "", "{file}.urdf: cannot be read"),
         (["--params-file", "{file}"], "{}", "{file}: holds no ros__parameters"),
