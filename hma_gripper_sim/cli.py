@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from hma_gripper_sim.benchmark.command import benchmark
+from hma_gripper_sim.calibration.command import calibrate
 from hma_gripper_sim.comparison.command import compare
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.node_process import NodeError
@@ -96,6 +97,7 @@ def demo(
 
 
 cli.add_command(benchmark)
+cli.add_command(calibrate)
 cli.add_command(compare)
 cli.add_command(replay)
 cli.add_command(urdf)

@@ -122,14 +122,15 @@ def write(result: LogComparison, json_file: Path | None, html_file: Path | None)
         from hma_gripper_sim.comparison.tables import as_json
 
         text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-        _write(json_file, text + "\n")
+        write_text(json_file, text + "\n")
     if html_file:
         from hma_gripper_sim.comparison.page import html_page  # matplotlib is slow to import
 
-        _write(html_file, html_page(result))
+        write_text(html_file, html_page(result))
 
 
-def _write(path: Path, text: str) -> None:
+def write_text(path: Path, text: str) -> None:
+    """Write a file; raise `InputError` if that cannot be done."""
     from hma_gripper_sim.errors import InputError
 
     try:

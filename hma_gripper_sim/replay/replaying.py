@@ -106,7 +106,7 @@ def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnmodelledContactWarning)  # each trace holds its own
         warnings.simplefilter("ignore", RuntimeWarning)  # the outcome is looked at below
-        _lead_in(simulation, course.travel)
+        lead_in(simulation, course.travel)
         begin, period = simulation.time, period_ns * 1e-9
         motion = course.motion._replace(time=course.motion.time + begin)
         count = int(course.duration / period + 1e-6)
@@ -128,7 +128,7 @@ def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[
             done, first = upto, 1
 
 
-def _lead_in(simulation: Simulation, travel: float) -> None:
+def lead_in(simulation: Simulation, travel: float) -> None:
     """Bring the gripper from the start pose to where the course starts, and let it rest."""
     if travel == 0.0:
         return

@@ -1,0 +1,156 @@
+"""Known parameters are recovered from noisy simulated experiments, within the stated errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
+from hma_gripper_sim.calibration.fitting import autocorrelation_time, calibrate
+from hma_gripper_sim.calibration.observations import AVERAGED, SIGNALS, Trial, averaged
+from hma_gripper_sim.calibration.parameters import PARAMETERS, FreeParameter, free_parameters
+from hma_gripper_sim.logs.recording import Series
+from hma_gripper_sim.motion import follow
+
+TRUTH = Scene(
+    GripperDesign.thesis_2013(),
+    Circle(0.015),
+    friction=0.6,
+    clearance=0.005,
+    discretisation="midpoint",
+    elements_top=1,
+    elements_beam=4,
+)
+MOTION = follow(lambda t: 0.004 if t < 5.0 else 0.0 if t < 6.0 else -0.004, 0.0, 0.0, 11.0)
+NOISE = {"actuator_force": 0.01, "phi_left": np.radians(0.3), "phi_right": np.radians(0.3)}
+
+
+@pytest.fixture(scope="module")
+def clean() -> dict[str, Series]:
+    trace = Simulation(TRUTH, 1e-5).advance_along(MOTION, 0.01)
+    return {name: Series(trace.time, getattr(trace, name)) for name in SIGNALS}
+
+
+def white(rng: np.random.Generator, size: int) -> np.ndarray:
+    return rng.normal(size=size)
+
+
+def slow(rng: np.random.Generator, size: int) -> np.ndarray:
+    """An autoregressive process of unit variance; neighbours at 100 Hz are correlated by 0.98."""
+    values = rng.normal(size=size)
+    for i in range(1, size):
+        values[i] = 0.98 * values[i - 1] + np.sqrt(1.0 - 0.98**2) * values[i]
+    return values
+
+
+def measured(clean: dict[str, Series], seed: int, process=white) -> Trial:
+    rng = np.random.default_rng(seed)
+    return Trial(
+        MOTION,
+        tuple(
+            averaged(
+                name,
+                Series(s.time, s.value + NOISE[name] * process(rng, len(s.time))),
+                None,
+                AVERAGED,
+            )
+            for name, s in clean.items()
+        ),
+    )
+
+
+def wrong() -> tuple[Scene, tuple[FreeParameter, ...]]:
+    """A start that is a quarter off."""
+    scene = PARAMETERS["youngs_modulus"].put(TRUTH, 7.0e6)
+    scene = PARAMETERS["friction"].put(scene, 0.45)
+    return scene, free_parameters("friction,E", scene)
+
+
+def deviations(result) -> list[float]:
+    """How many standard errors each value is from the truth."""
+    return [(f.value - f.free.parameter.of(TRUTH)) / f.standard_error for f in result.parameters]
+
+
+@pytest.mark.parametrize("process", [white, slow])
+def test_parameters_are_recovered_within_their_stated_errors(clean, process) -> None:
+    """z = (found - true) / standard error over 5 seeds and 2 parameters.
+
+    Their squares add up to χ² with 10 degrees of freedom: between 2.2 and 29.6 in 99 % to either
+    side of a correct statement of errors. Correlated noise must be seen to count as fewer samples:
+    taken for white its z would be five times larger.
+    """
+    found, times = [], []
+    for seed in range(5):
+        scene, free = wrong()
+        result = calibrate(scene, measured(clean, seed, process), free)
+        assert result.converged
+        assert not any(f.at_bound for f in result.parameters)
+        found += deviations(result)
+        times += [signal.autocorrelation for signal in result.signals]
+    # (1 + a) / (1 - a) with a = 0.98⁵ from average to average is 19.8; 220 of them show half of it.
+    lowest, highest = (1.0, 1.3) if process is white else (5.0, 25.0)
+    assert lowest <= np.median(times) <= highest
+    total = sum(z * z for z in found)
+    assert 2.2 < total < 29.6, found
+    assert np.abs(found).max() < 4.0
+
+
+def test_error_and_values_are_better_than_before(clean) -> None:
+    scene, free = wrong()
+    result = calibrate(scene, measured(clean, 1), free)
+    force = result.signals[0]
+    assert force.rmse_before > 10.0 * force.rmse_after
+    friction, modulus = result.parameters
+    assert friction.value == pytest.approx(0.6, rel=0.02)
+    assert modulus.value == pytest.approx(8.9e6, rel=0.05)
+    assert np.diag(result.correlation) == pytest.approx(1.0)
+    assert abs(result.correlation[0, 1]) < 0.95
+
+
+def test_a_bound_that_holds_a_value_is_said(clean) -> None:
+    scene, _ = wrong()
+    free = free_parameters("friction,E", scene, ["friction=0.3..0.5"])
+    friction, _ = calibrate(scene, measured(clean, 1), free).parameters
+    assert friction.at_bound
+    assert friction.value == pytest.approx(0.5, abs=1e-3)
+
+
+def test_what_cannot_be_told_is_refused(clean) -> None:
+    few = averaged("phi_left", Series(np.array([4.0]), np.array([1.8])), 0.01, AVERAGED)
+    scene, free = wrong()
+    with pytest.raises(InputError, match="1 measurements cannot tell 2 parameters"):
+        calibrate(scene, Trial(MOTION, (few,)), free)
+    short = follow(0.004, 0.0, 0.0, 0.5)  # it touches after 1.2 s
+    time = np.arange(0.0, 0.5, 0.01)
+    angle = averaged("phi_left", Series(time, np.full(len(time), 1.68)), None, AVERAGED)
+    with pytest.raises(InputError, match="friction has no effect"):
+        calibrate(scene, Trial(short, (angle,)), free)
+
+
+def test_stated_uncertainties_carry_over_to_a_single_reading() -> None:
+    """One angle, one parameter: the error is that of the reading, over the slope."""
+    scene = TRUTH
+    motion = follow(0.004, 0.0, 0.0, 3.0)
+    free = free_parameters("friction", scene)
+    reading = averaged("phi_left", Series(np.array([2.9]), np.array([1.8])), 0.01, 1e-9)
+    true = Trial(motion, (reading,)).simulate(scene)[0]
+    trial = Trial(motion, (replace(reading, value=true),))
+    (found,) = calibrate(scene, trial, free).parameters
+    at = [
+        trial.simulate(PARAMETERS["friction"].put(scene, found.value + d))[0][0]
+        for d in (-0.005, 0.005)
+    ]
+    assert found.standard_error == pytest.approx(0.01 / abs((at[1] - at[0]) / 0.01), rel=0.05)
+
+
+def test_autocorrelation_time_of_known_processes() -> None:
+    """White: 1. Autoregressive with a: (1 + a) / (1 - a)."""
+    rng = np.random.default_rng(5)
+    assert autocorrelation_time(rng.normal(size=20_000)) == pytest.approx(1.0, abs=0.1)
+    values = np.zeros(50_000)
+    for i in range(1, len(values)):
+        values[i] = 0.8 * values[i - 1] + rng.normal()
+    assert autocorrelation_time(values) == pytest.approx(9.0, rel=0.1)
+    assert autocorrelation_time(np.zeros(20)) == 1.0
