@@ -80,7 +80,10 @@ def calibrate(
     scene = read.scene()
     wanted = free_parameters(free, scene, bounds)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    errors = Console(stderr=True)
+    with Progress(
+        *columns, console=errors, transient=True, disable=not errors.is_terminal
+    ) as progress:
         task = progress.add_task("reading", total=None)
         measured = trial(read, str(experiment), tolerance)
         result = calibrate(

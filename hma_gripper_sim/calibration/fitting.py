@@ -33,6 +33,9 @@ HOPELESS = 1e3
 FEW = 10
 """Samples from which on their scatter says something about their uncertainty."""
 
+INSEPARABLE = 1e-5
+"""Singular value of the Jacobian, relative to the largest, below which there is only rounding."""
+
 AT_BOUND = 1e-3
 """Of the distance between the bounds: nearer to one of them a value is taken to be held by it."""
 
@@ -250,10 +253,10 @@ def _covariance(
             raise InputError(
                 f"{parameter.parameter.name} has no effect on what was measured", field="--free"
             )
-    try:
-        inverse = np.linalg.inv(jacobian.T @ jacobian)
-    except np.linalg.LinAlgError:
-        raise InputError("the parameters cannot be told apart", field="--free") from None
+    directions = np.linalg.svd(jacobian / sizes, compute_uv=False)
+    if directions[-1] <= INSEPARABLE * directions[0]:
+        raise InputError("what was measured cannot tell the parameters apart", field="--free")
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
     total = sum(len(part) for part in residuals)
     freedom = total / max(1, total - len(free))
     middle = np.zeros_like(inverse)

@@ -238,11 +238,13 @@ def _elsewhere(course: Course, recording: Recording | None, result: Replay) -> t
 
 def _progress() -> Progress:
     """On the error output, and only on a terminal."""
+    errors = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        console=Console(stderr=True),
+        console=errors,
         transient=True,
+        disable=not errors.is_terminal,
     )

@@ -72,7 +72,7 @@ def test_a_bound_that_holds_is_remarked(cup: Path) -> None:
         (("{cup}", "--free", "mu", "--bound", "mu"), "--bound"),
         (("{cup}", "--free", "mu", "--travel-tolerance", "fine"), "--travel-tolerance"),
         (("thesis_2013_box", "--free", "mu,E,width"), "2 measurements cannot tell 3 parameters"),
-        (("thesis_2013_box", "--free", "mu,E"), "cannot be told apart"),
+        (("thesis_2013_box", "--free", "mu,E"), "cannot tell the parameters apart"),
     ],
     ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
