@@ -42,7 +42,7 @@ def calibrate(
     travel_tolerance: str,
     json_file: Path | None,
 ) -> None:
-    r"""Find the parameters with which the simulation follows an experiment best.
+    """Find the parameters with which the simulation follows an experiment best.
 
     Least squares on the force and both angles of the experiment's log, along its measured travel;
     of an experiment without a log on what was measured at instants. The search starts from the
