@@ -285,8 +285,9 @@ def test_parameters_are_described_and_checked_at_run_time(start_node, connect):
     assert client.get_parameter("friction") == 0.8
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("real_time_factor", [1.0, 0.0])
+@pytest.mark.parametrize(
+    ("number", "real_time_factor"), [(signal.SIGINT, 1.0), (signal.SIGTERM, 0.0)]
+)
 def test_a_signal_ends_it_cleanly(start_node, connect, number, real_time_factor):
     process = start_node(real_time_factor=real_time_factor)
     client = connect(process)
