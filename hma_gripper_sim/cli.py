@@ -11,6 +11,7 @@ from hma_gripper_sim.benchmark.command import benchmark
 from hma_gripper_sim.calibration.command import calibrate
 from hma_gripper_sim.comparison.command import compare
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.record_command import record
 from hma_gripper_sim.node_process import NodeError
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.replay.command import replay
@@ -99,6 +100,7 @@ def demo(
 cli.add_command(benchmark)
 cli.add_command(calibrate)
 cli.add_command(compare)
+cli.add_command(record)
 cli.add_command(replay)
 cli.add_command(urdf)
 

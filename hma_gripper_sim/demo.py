@@ -23,7 +23,7 @@ from hma_gripper_sim.experiment_parameters import node_parameters
 from hma_gripper_sim.logs.reader import read_poses, read_recording
 from hma_gripper_sim.logs.topics import LOGGED_TOPICS, NODE
 from hma_gripper_sim.logs.writer import LogWriter
-from hma_gripper_sim.node_process import NodeProcess, private_ros_domain
+from hma_gripper_sim.node_process import NodeProcess, private_ros_domain, ros_is_missing
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.report import Result, terminal_table, write_report
 
@@ -135,11 +135,7 @@ def _ros_client() -> type[DemoClient]:
     try:
         from hma_gripper_sim.ros.demo_client import DemoClient
     except ImportError as error:
-        reason = str(error).partition("\n")[0]
-        raise InputError(
-            f"ROS 2 is missing ({reason}): pip install 'hma_gripper_sim[ros]', "
-            "or source the setup file of your ROS 2 installation"
-        ) from None
+        raise InputError(ros_is_missing(error)) from None
     return DemoClient
 
 

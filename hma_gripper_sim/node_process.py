@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
+from hma_gripper_sim.errors import first_line
+
 _FIRST_PORT, _PORTS_PER_DOMAIN = 7410, 250
 """Port on which the first program of DDS domain 0 takes discovery, and the way to the next."""
 
@@ -98,6 +100,14 @@ class NodeProcess:
                 self._process.wait(_PATIENCE)
             except subprocess.TimeoutExpired:
                 continue
+
+
+def ros_is_missing(error: ImportError) -> str:
+    """Return what to do where the ROS side cannot be imported."""
+    return (
+        f"ROS 2 is missing ({first_line(error)}): pip install 'hma_gripper_sim[ros]', "
+        "or source the setup file of your ROS 2 installation"
+    )
 
 
 @contextmanager

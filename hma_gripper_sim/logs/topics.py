@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 NODE = "/hma_gripper_sim"
 """Full name of the node; its private topics and services live below it."""
@@ -16,6 +16,18 @@ class Topic:
     msgtype: str
     latched: bool = False
 
+    def of(self, node: str) -> Topic:
+        """Return the same topic of a node with another full name."""
+        if self.name.startswith(f"{NODE}/"):
+            return replace(self, name=node + self.name.removeprefix(NODE))
+        if self.name in _OF_THE_NAMESPACE:
+            return replace(self, name=node.rpartition("/")[0] + self.name)
+        return self
+
+
+_OF_THE_NAMESPACE = ("/joint_states",)
+"""Topics that lie beside the node, not below it."""
+
 
 JOINT_STATES = Topic("/joint_states", "sensor_msgs/msg/JointState")
 ACTUATOR_WRENCH = Topic(f"{NODE}/actuator_wrench", "geometry_msgs/msg/WrenchStamped")
@@ -28,3 +40,13 @@ STAMPED_TOPICS = (JOINT_STATES, ACTUATOR_WRENCH, PHI)
 """What the node publishes every tick, all with the same stamp."""
 
 LOGGED_TOPICS = (*STAMPED_TOPICS, CONTOUR, CMD_VELOCITY, JOINT_TRAJECTORY)
+"""What it takes to see a run again."""
+
+RECORDED_TOPICS = (
+    *LOGGED_TOPICS,
+    Topic(f"{NODE}/commands", "std_msgs/msg/Float64MultiArray"),
+    Topic(f"{NODE}/joint_commands", "sensor_msgs/msg/JointState"),
+    Topic(f"{NODE}/outline", "geometry_msgs/msg/PolygonStamped"),
+    Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
+)
+"""All that the node takes and publishes, but for pictures and the clock."""

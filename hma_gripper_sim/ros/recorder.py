@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import math
 import struct
+from collections import Counter
+from collections.abc import Sequence
 
-from geometry_msgs.msg import WrenchStamped
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PolygonStamped, WrenchStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, String
+from std_msgs.msg import Float64, Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from hma_gripper_sim.logs.signals import SLIDE
 from hma_gripper_sim.logs.topics import (
+    ACTUATOR_WRENCH,
     CMD_VELOCITY,
     CONTOUR,
     JOINT_STATES,
     LOGGED_TOPICS,
+    NODE,
     STAMPED_TOPICS,
     Topic,
 )
@@ -30,10 +35,15 @@ _QUEUE = 10_000
 
 _ENDLESS = 2**63
 
+_SLIDE_ENTRY = b"\0" + SLIDE.encode() + b"\0"
+
 _MESSAGES = {
+    "diagnostic_msgs/msg/DiagnosticArray": DiagnosticArray,
+    "geometry_msgs/msg/PolygonStamped": PolygonStamped,
     "geometry_msgs/msg/WrenchStamped": WrenchStamped,
     "sensor_msgs/msg/JointState": JointState,
     "std_msgs/msg/Float64": Float64,
+    "std_msgs/msg/Float64MultiArray": Float64MultiArray,
     "std_msgs/msg/String": String,
     "trajectory_msgs/msg/JointTrajectory": JointTrajectory,
 }
@@ -47,16 +57,32 @@ class Recorder:
 
     No executor has the recorder's ROS node. Its messages are taken in bulk, which is several
     times faster than an executor's round for each of them: who falls behind acts on old news.
+
+    Parameters
+    ----------
+    context
+        Of ROS.
+    topics
+        What to listen to; they are named as those of the node `NODE`.
+    name
+        Full name of the simulation node.
     """
 
-    def __init__(self, context: Context) -> None:
+    def __init__(
+        self,
+        context: Context,
+        topics: Sequence[Topic] = LOGGED_TOPICS,
+        name: str = NODE,
+    ) -> None:
         self._node = Node("hma_gripper_recorder", context=context)
+        self._names = {topic: topic.of(name).name for topic in topics}
         self._subscriptions = {
             topic: self._node.create_subscription(
-                _MESSAGES[topic.msgtype], topic.name, _not_called, _qos(topic), raw=True
+                _MESSAGES[topic.msgtype], self._names[topic], _not_called, _qos(topic), raw=True
             )
-            for topic in LOGGED_TOPICS
+            for topic in topics
         }
+        self.logged: Counter[Topic] = Counter()
         self._latest: dict[Topic, bytes] = {}
         self._log: LogWriter | None = None
         self._after = self._until = 0
@@ -68,6 +94,11 @@ class Recorder:
             with subscription.handle:
                 while (taken := subscription.handle.take_message(kind, True)) is not None:
                     self._on_message(topic, taken[0])
+
+    @property
+    def node_is_there(self) -> bool:
+        """Whether anyone publishes the actuator's force."""
+        return bool(self._node.count_publishers(self._names[ACTUATOR_WRENCH]))
 
     @property
     def hears_node(self) -> bool:
@@ -101,7 +132,7 @@ class Recorder:
     def start(self, log: LogWriter) -> None:
         """Log from the next tick on that is still to come as a whole."""
         self._log, self._after, self._until = log, self._newest_stamp(), _ENDLESS
-        log.write(CONTOUR.name, self._after, self._latest[CONTOUR])
+        self._write(CONTOUR, self._after, self._latest[CONTOUR])
 
     def finish(self) -> None:
         """Log no tick of which nothing has arrived yet; see `finished`."""
@@ -120,13 +151,20 @@ class Recorder:
         self._node.destroy_node()
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
+        if topic is JOINT_STATES and _SLIDE_ENTRY not in data:
+            return  # an arm's joints may come on the same topic
         self._latest[topic] = data
         if self._log is None:
             return
         if topic not in STAMPED_TOPICS:
-            self._log.write(topic.name, self.stamp, data)
+            self._write(topic, self.stamp, data)
         elif self._after < (stamp := _header_stamp(data)) <= self._until:
-            self._log.write(topic.name, stamp, data)
+            self._write(topic, stamp, data)
+
+    def _write(self, topic: Topic, stamp: int, data: bytes) -> None:
+        if self._log is not None:
+            self._log.write(self._names[topic], stamp, data)
+            self.logged[topic] += 1
 
     def _newest_stamp(self) -> int:
         return max(_header_stamp(self._latest[topic]) for topic in STAMPED_TOPICS)

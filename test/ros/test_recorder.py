@@ -59,6 +59,13 @@ class Publisher:
                 message.name, message.position, message.velocity = ["slide"], [0.5], [0.25]
             self._publishers[topic].publish(message)
 
+    def tick_of_an_arm(self, second: int) -> None:
+        """Publish joint states that are not the gripper's, on the same topic."""
+        message = self._kinds[JOINT_STATES]()
+        message.header.stamp.sec = second
+        message.name, message.position = ["wrist"], [0.5]
+        self._publishers[JOINT_STATES].publish(message)
+
     def say(self, topic: Topic, data: object) -> None:
         """Publish a message without a header."""
         self._publishers[topic].publish(self._kinds[topic](data=data))
@@ -105,6 +112,7 @@ def test_log_begins_and_ends_with_whole_ticks(pair: tuple[Any, Publisher], tmp_p
     with LogWriter(tmp_path / "log", LOGGED_TOPICS) as log:
         recorder.start(log)
         node.tick(2, ACTUATOR_WRENCH, PHI)
+        node.tick_of_an_arm(9)
         node.tick(3, *tick)
         node.wait(lambda: recorder.stamp == 3_000_000_000)
         node.say(CMD_VELOCITY, 0.125)
