@@ -142,7 +142,7 @@ class Gatherer:
         data, msgtype = template.tobytes(), self._connection.msgtype
         try:
             layout = Layout(data, msgtype, self._typestore)
-            message = self._typestore.deserialize_cdr(data, msgtype)
+            message = self._typestore.deserialize_cdr(data[: layout.end], msgtype)
         except Exception as error:  # a damaged message makes its parser raise almost anything
             reason = first_line(error)
             raise self._damaged(f"cannot be deserialised ({reason})", logged) from None

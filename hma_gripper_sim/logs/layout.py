@@ -21,6 +21,9 @@ ENCAPSULATION = 4
 
 _BIG_ENDIAN, _LITTLE_ENDIAN = b"\x00\x00", b"\x00\x01"
 
+_PADDING, _PADDING_PER_EMPTY = 3, 8
+"""How many bytes may follow a message: ROS 2 reserves room for aligning what is not there."""
+
 _KINDS = {
     "bool": "u1",
     "byte": "i1",
@@ -71,6 +74,8 @@ class Layout:
         By dotted path, such as ``transforms[0].transform.translation.z``; an array is one entry.
     texts
         By dotted path; arrays of texts as lists.
+    end
+        Bytes that the message has; a few more may follow.
     fixed
         First byte, and the one behind the last, of what makes the layout: lengths and texts,
         shape (n, 2).
@@ -92,7 +97,12 @@ class Layout:
         self._typestore = typestore
         self._position = ENCAPSULATION
         self._fixed = [[0, ENCAPSULATION]]
+        self._empty = 0
         self._struct(msgtype, "")
+        self.end = self._position
+        behind = len(data) - self.end
+        if behind > _PADDING + _PADDING_PER_EMPTY * self._empty:
+            raise ValueError(f"{behind} bytes behind its end")
         self.fixed: npt.NDArray[np.int64] = np.array(self._fixed, dtype=np.int64)
 
     def _struct(self, msgtype: str, path: str) -> None:
@@ -104,6 +114,7 @@ class Layout:
             (element, subtype), count = description
             if node == Nodetype.SEQUENCE:
                 count = self._length()
+                self._empty += not count
             self._array(element, subtype, count, inner)
 
     def _single(self, node: int, description: Any, path: str) -> None:

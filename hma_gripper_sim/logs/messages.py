@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from rosbags.serde import SerdeError
 from rosbags.typesys import (
     Stores,
     get_types_from_idl,
@@ -17,6 +18,7 @@ from rosbags.typesys import (
 )
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.layout import Layout
 
 Bytes = npt.NDArray[np.uint8]
 Ints = npt.NDArray[np.int64]
@@ -89,6 +91,15 @@ class Connection:
         if self.encoding == CDR:
             return data
         return bytes(self.typestore.ros1_to_cdr(data, self.msgtype))
+
+    def deserialise(self, data: bytes) -> Any:
+        """Return a message as `rosbags` reads it; it raises many types where that is not one."""
+        store, serialised = self.typestore, self.serialised(data)
+        try:
+            return store.deserialize_cdr(serialised, self.msgtype)
+        except SerdeError:  # more may follow a message than rosbags puts up with
+            layout = Layout(serialised, self.msgtype, store)
+            return store.deserialize_cdr(serialised[: layout.end], self.msgtype)
 
 
 @cache

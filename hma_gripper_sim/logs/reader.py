@@ -40,8 +40,7 @@ def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message
     for batch in log.batches(topics):
         for connection, logged, data in batch:
             try:
-                serialised = connection.serialised(data)
-                content = connection.typestore.deserialize_cdr(serialised, connection.msgtype)
+                content = connection.deserialise(data)
             except InputError as error:
                 raise error.within(source=log.source) from None
             except Exception as error:  # a damaged message makes its parser raise almost anything

@@ -11,6 +11,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.logs.layout import Layout, follow
+from hma_gripper_sim.logs.messages import Connection
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -110,6 +111,24 @@ def test_fixed_bytes_decide_where_numbers_lie() -> None:
         (count or 1) * int(kind[-1]) for _, kind, count in layout.numbers.values() if count != 0
     )
     assert 0 < np.count_nonzero(free) - numbers < 8 * 4  # padding
+
+
+def test_bytes_that_ros_leaves_behind_a_message_are_let_be() -> None:
+    """rmw_fastrtps reserves room for aligning the numbers of empty arrays, and fills none of it."""
+    header = STORE.types["std_msgs/msg/Header"](
+        STORE.types["builtin_interfaces/msg/Time"](1, 2), ""
+    )
+    numbers = np.array([3.0]), np.array([]), np.array([4.0])
+    message = STORE.types["sensor_msgs/msg/JointState"](header, ["a"], *numbers)
+    data = bytes(STORE.serialize_cdr(message, message.__msgtype__)) + bytes.fromhex(
+        "00000840d0020000"
+    )
+    layout = Layout(data, message.__msgtype__, STORE)
+    assert layout.end == len(data) - 8
+    connection = Connection("a.mcap", "/a", message.__msgtype__, "1")
+    assert connection.deserialise(data).effort.tolist() == [4.0]
+    with pytest.raises(ValueError, match="12 bytes behind its end"):
+        Layout(data + bytes(4), message.__msgtype__, STORE)
 
 
 @pytest.mark.parametrize(
