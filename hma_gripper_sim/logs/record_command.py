@@ -26,7 +26,7 @@ import click
     help="How long to wait for the node.",
 )
 def record(out: Path | None, node: str, duration: str | None, timeout: str) -> None:
-    r"""Record what a running node takes and publishes, until Ctrl-C.
+    """Record what a running node takes and publishes, until Ctrl-C.
 
     OUT is the rosbag2 directory to create, with an mcap file; by default it is named after the
     time. Every message has the stamp of the tick that it belongs to, so the log is in simulated
