@@ -36,8 +36,8 @@ SHIPPED = ("thesis_2013_box.yaml", "thesis_2013_cylinder.yaml")
 _START_TIMEOUT = 180.0
 """How long [s] the node may take to publish: its first start on a machine compiles the solver."""
 
-_ROOM = 1e-3
-"""Travel [m] beyond the deepest point: no motion ends at a limit."""
+_COMMAND_TIMEOUT = 0.5
+"""How long the node waits for the next command before it stops the gripper, in real time [s]."""
 
 _SNAPSHOTS = 8
 """Panels of the snapshot series."""
@@ -163,8 +163,12 @@ def _write_parameters(
     path: Path, experiments: Sequence[Experiment], design_file: Path | None, factor: float
 ) -> None:
     """Write what the node is to simulate as a ROS parameter file."""
-    content = {**node_parameters(experiments), "real_time_factor": factor}
-    content["travel_max"] += _ROOM
+    content = {
+        **node_parameters(experiments),
+        "real_time_factor": factor,
+        # Counted in simulated time: the patience in real time stays the same at any factor.
+        "command_timeout": _COMMAND_TIMEOUT * max(1.0, factor),
+    }
     if design_file:
         content["design"] = str(design_file.resolve())
     text = yaml.safe_dump({NODE: {"ros__parameters": content}}, sort_keys=False)

@@ -10,20 +10,17 @@ from typing import Any
 
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.logs.signals import SLIDE
 from hma_gripper_sim.logs.topics import NODE
 from hma_gripper_sim.node_process import NodeError
 from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.ros.motion_sender import MotionSender
 from hma_gripper_sim.ros.own_node import OwnNode
 from hma_gripper_sim.ros.state_listener import GripperState, StateListener
-from hma_gripper_sim.trajectory import WayPoint
 from hma_gripper_sim.trapezoid import trapezoid
 
 PATIENCE = 10.0
@@ -36,7 +33,10 @@ _ARRIVED = 1e-9
 """How near to its end a move is over [m]; the drive gets a thousand times nearer."""
 
 _GRACE = 0.5
-"""Longer than this at rest, after a move should be over, it is taken to have stopped [s]."""
+"""Simulated time after which a move that should be over, but rests elsewhere, has failed [s]."""
+
+_LATEST = 2.0
+"""Real time that has to pass as well [s]: until then the command may still be on its way."""
 
 
 class GripperError(NodeError):
@@ -96,10 +96,7 @@ class GripperClient:
         self._node = node or self._own.node  # type: ignore[union-attr]
         group = ReentrantCallbackGroup()
         self._listener = StateListener(self._node, name, group)
-        # All motion goes out on one topic: what is sent later is also taken later.
-        self._trajectory = self._node.create_publisher(
-            JointTrajectory, f"{name}/joint_trajectory", 1, callback_group=group
-        )
+        self._sender = MotionSender(self._node, name, group)
         self._clients = {
             "reset": self._node.create_client(Trigger, f"{name}/reset", callback_group=group),
             "get_parameters": self._node.create_client(
@@ -129,7 +126,7 @@ class GripperClient:
         timeout
             In real time [s]; None: the client's patience.
         """
-        self._await(lambda: self._listener.complete and self._is_heard, "state", timeout)
+        self._await(lambda: self._listener.complete and self._sender.heard, "state", timeout)
 
     def select(self, contour: str) -> None:
         """Put an object of the node's catalogue in place.
@@ -156,6 +153,8 @@ class GripperClient:
 
     def move(self, distance: float, speed: float, *, wait: bool = True) -> None:
         """Move by a distance from where the gripper is now, and come to rest there.
+
+        A velocity that was to be kept up ends first.
 
         Parameters
         ----------
@@ -184,11 +183,26 @@ class GripperClient:
         self.wait_for_node()
         self._move(travel, speed, wait)
 
+    def drive(self, velocity: float) -> None:
+        """Go at a velocity [m/s, towards the object] until told otherwise, and return at once.
+
+        It is renewed every 20 ms of real time for as long as this program lives: when
+        it dies, the gripper stops after the node's ``command_timeout``.
+
+        Raises
+        ------
+        InputError
+            It is not finite; nothing has been sent.
+        """
+        velocity = quantity(velocity, "m/s", field="velocity", source="drive")
+        self.wait_for_node()
+        self._sender.drive(velocity)
+
     def hold(self, duration: float = 0.0) -> None:
         """Come to rest, and stay there for a simulated duration [s]."""
         duration = quantity(duration, "s", field="duration", source="hold", minimum=0.0)
         self.wait_for_node()
-        self._send([])
+        self._sender.stop()
         rest = self.wait_for(lambda state: state.velocity == 0.0, awaited="rest")
         end = rest.stamp + round(1e9 * duration)
         self.wait_for(lambda state: state.stamp >= end, timeout=duration + PATIENCE)
@@ -263,14 +277,17 @@ class GripperClient:
         return state
 
     def close(self) -> None:
-        """Leave ROS, or the program's node; a move that is under way goes on to its end."""
+        """Leave ROS, or the program's node.
+
+        A move that is under way goes on to its end, a velocity expires.
+        """
         if self._own:
             self._own.stop()
             return
         self._listener.close()
         for client in self._clients.values():
             self._node.destroy_client(client)
-        self._node.destroy_publisher(self._trajectory)
+        self._sender.close()
 
     def __enter__(self) -> GripperClient:
         return self
@@ -282,35 +299,14 @@ class GripperClient:
         trace: TracebackType | None,
     ) -> None:
         if error is not None and self._node.context.ok():
-            self._send([])
-            self._trajectory.wait_for_all_acked(Duration(seconds=1))
+            self._sender.stop()
+            self._sender.flush(1.0)
         self.close()
-
-    @property
-    def _is_heard(self) -> bool:
-        """Whether the node takes commands, and so does whoever else listens to them."""
-        listeners = self._node.get_subscriptions_info_by_topic(self._trajectory.topic_name)
-        found = any(
-            f"{listener.node_namespace.rstrip('/')}/{listener.node_name}" == self._name
-            for listener in listeners
-        )
-        return found and self._trajectory.get_subscription_count() >= len(listeners)
-
-    def _send(self, points: list[WayPoint]) -> None:
-        """Send way points; none: stop."""
-        message = JointTrajectory(joint_names=[SLIDE])
-        for point in points:
-            message.points.append(
-                JointTrajectoryPoint(
-                    positions=[point.position],
-                    velocities=[point.velocity],
-                    time_from_start=Duration(nanoseconds=round(1e9 * point.time)).to_msg(),
-                )
-            )
-        self._trajectory.publish(message)
 
     def _move(self, target: float, speed: float, wait: bool) -> None:
         speed = quantity(speed, "m/s", field="speed", source="move", minimum=0.0, exclusive=True)
+        if self._sender.driving:
+            self.hold()
         rate, fastest, acceleration = self._parameters(
             "publish_rate", "max_velocity", "max_acceleration"
         )
@@ -320,7 +316,7 @@ class GripperClient:
         if not points:
             return
         sent = time.monotonic()
-        self._send(points)
+        self._sender.follow(points)
         if wait:
             over = start.stamp + round(1e9 * (points[-1].time + _GRACE))
             self._await_arrival(target, over, sent)
@@ -329,7 +325,7 @@ class GripperClient:
         """Wait until the gripper rests at `target` [m]; by the stamp `over` it should."""
         state = self.state
         while state.velocity != 0.0 or abs(state.travel - target) > _ARRIVED:
-            late = state.stamp >= over and time.monotonic() > sent + 2.0 * _GRACE
+            late = state.stamp >= over and time.monotonic() > sent + _LATEST
             if late and state.velocity == 0.0:
                 raise GripperError(
                     f"stopped at {1e3 * state.travel:.4g} mm on the way to {1e3 * target:.4g} mm"

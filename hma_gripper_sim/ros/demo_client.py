@@ -23,6 +23,12 @@ _POLL = 0.002
 _ANSWER_TIMEOUT = 10.0
 """How long the node gets for an answer [s]."""
 
+_GRACE = 2.0
+"""Simulated time that a segment may take on top of twice its duration [s]."""
+
+_ARRIVED = 1e-6
+"""How near to a way point the motion counts as there [m]: travel limits end it just short."""
+
 
 class DemoClient:
     """A client of the simulation node, and a log of it; use it as a context manager.
@@ -61,9 +67,9 @@ class DemoClient:
     ) -> None:
         """Command a motion from the start pose, and log everything until it is over.
 
-        Each segment that moves ends where the node reports its travel, and a hold when its time
-        has passed on the stamps: delays between the processes never add up, at any real-time
-        factor.
+        The schedule follows what the node reports, not this process's clock: a segment that moves
+        is over when its travel has been reached, a hold when its time has passed on the stamps.
+        So delays between the processes never add up, at any real-time factor.
 
         Parameters
         ----------
@@ -77,13 +83,12 @@ class DemoClient:
         begin = self._recorder.stamp
         self._recorder.start(log)
         self._progress = lambda: progress((self._recorder.stamp - begin) * 1e-9)
+        target = 0.0
         with self._explained():
             for segment in motion:
-                if segment.velocity == 0.0:
-                    self._gripper.hold(segment.duration)
-                else:
-                    distance = segment.velocity * segment.duration
-                    self._gripper.move(distance, abs(segment.velocity))
+                target += segment.velocity * segment.duration
+                self._follow_segment(segment, target)
+            self._gripper.hold()
         self._progress = lambda: None
         end = self._gripper.state.stamp
         self._wait(lambda: self._recorder.stamp >= end, _ANSWER_TIMEOUT, "last states")
@@ -110,6 +115,18 @@ class DemoClient:
             yield
         except GripperError as error:
             raise self._process.error(f"did not do as told: {error}") from None
+
+    def _follow_segment(self, segment: Segment, target: float) -> None:
+        """Command a velocity until the travel is `target` [m], or a hold's time has passed."""
+        timeout = 2.0 * segment.duration + _GRACE
+        if segment.velocity == 0.0:
+            self._gripper.hold(segment.duration)
+            return
+        self._gripper.drive(segment.velocity)
+        if segment.velocity > 0.0:
+            self._gripper.wait_for_travel(at_least=target - _ARRIVED, timeout=timeout)
+        else:
+            self._gripper.wait_for_travel(at_most=target + _ARRIVED, timeout=timeout)
 
     def _wait(self, condition: Callable[[], bool], timeout: float, awaited: str) -> None:
         deadline = time.monotonic() + timeout

@@ -30,7 +30,7 @@ def test_a_pick(start_node):
     speeds = []
     with GripperClient() as gripper:
         gripper.select("cylinder")
-        gripper.move(0.028, speed=0.01, wait=False)
+        gripper.drive(0.01)
         pressed = gripper.wait_for_force(at_least=0.3)
         gripper.hold()
         stopped = gripper.state
@@ -78,6 +78,23 @@ def test_what_goes_wrong_has_a_name_and_a_reason(start_node):
         assert gripper.state.travel == pytest.approx(0.006, abs=1e-9)  # nothing was sent
         gripper.reset()
         assert gripper.state.travel == 0.0
+
+
+def test_a_velocity_is_kept_up_until_something_else_is_asked_for(start_node):
+    process = start_node(real_time_factor=2.0, command_timeout=0.2)
+    process.wait_until_ready()
+    with GripperClient() as gripper:
+        gripper.drive(0.004)
+        gripper.wait_for_travel(at_least=0.003)  # 0.75 s: without renewal it stops at 0.8 mm
+        gripper.drive(-0.004)
+        gripper.wait_for_travel(at_most=0.002)
+        gripper.move_to(0.001, speed=0.004)
+        first = gripper.state
+        gripper.hold(0.3)
+        assert first.velocity == gripper.state.velocity == 0.0
+        assert first.travel == gripper.state.travel == pytest.approx(0.001, abs=1e-9)
+        with pytest.raises(InputError):
+            gripper.drive(math.nan)
 
 
 def test_without_a_node_it_says_so(domain):
