@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -14,6 +13,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from hma_gripper_sim.node_process import private_ros_domain
+
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # read when the message modules are imported
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
@@ -21,13 +22,12 @@ NODE = "/hma_gripper_sim"
 PATIENCE = 10.0  # s, for anything that happens soon
 START_PATIENCE = 120.0  # s, where kernels may have to be compiled first
 
-_domains = random.Random(os.getpid())
-
 
 @pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Put everything that this test starts on a ROS domain of its own."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(_domains.randrange(1, 102)))
+def domain() -> Iterator[None]:
+    """Put everything that this test starts on a ROS domain that nobody else uses."""
+    with private_ros_domain():
+        yield
 
 
 class NodeProcess:

@@ -8,6 +8,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def check_alive_and_not_stuck(process, client):
 
 
 def test_a_flood_of_commands(start_node, connect):
-    """As fast as this process can: above 20 kHz, good, bad and contradicting ones."""
+    """A second of them, good, bad and contradicting ones, as fast as this process can."""
     from rclpy.serialization import serialize_message
     from std_msgs.msg import Float64
 
@@ -66,10 +67,12 @@ def test_a_flood_of_commands(start_node, connect):
     publisher = client._node.create_publisher(Float64, "/hma_gripper_sim/cmd_velocity", 1)
     client.wait(publisher.get_subscription_count)
     client.clear()
-    for i in range(FLOOD):
-        publisher.publish(messages[i % len(messages)])
-        if i % 100 == 0:
-            client._executor.spin_once(timeout_sec=0.0)
+    sent, end = 0, time.monotonic() + 1.0
+    while sent < FLOOD or time.monotonic() < end:
+        for message in 5 * messages:
+            publisher.publish(message)
+        sent += 5 * len(messages)
+        client._executor.spin_once(timeout_sec=0.0)
     assert client.call("reset").success  # it has not fallen behind: this comes next
     assert any(message.velocity[0] != 0.0 for message in client.joints)
     check_states(client)
