@@ -6,6 +6,7 @@ Nothing is looked up in the summary at the end, because a recording that was not
 from __future__ import annotations
 
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from io import BytesIO
 from typing import Any, BinaryIO
@@ -68,9 +69,9 @@ class McapFile:
         self._known = np.zeros(2**16, dtype=np.bool_)
         self._wanted = np.zeros(2**16, dtype=np.bool_)
         self._crc = 0
-        self._messages = 0
+        self._messages: Counter[int] = Counter()  # those that are wanted, by channel
         self._undeclared = 0
-        self._counted: int | None = None
+        self._counted: dict[int, int] = {}  # all, by channel, as the summary has it
         self._last_logged: int | None = None
         self._has_ended = False
 
@@ -97,11 +98,13 @@ class McapFile:
             missing = PREFIX + size_behind(data) - len(data)
         if not self._has_ended or data != MAGIC:
             yield from self._rest(data, base)
-        if self._counted not in (None, self._messages):
-            self._findings.losses.append(
-                f"{self._name} is damaged: its summary counts {self._counted} messages, "
-                f"{self._messages} were found"
-            )
+        for channel, counted in self._counted.items():
+            found = self._messages[channel]
+            if self._wanted[channel] and counted != found:
+                self._findings.losses.append(
+                    f"{self._name} is damaged: of {self._connections[channel].topic} its summary "
+                    f"counts {counted} messages, {found} were found"
+                )
         if self._undeclared:
             self._findings.losses.append(
                 f"{self._name}: {self._undeclared} messages of undeclared channels skipped"
@@ -117,6 +120,8 @@ class McapFile:
             opcode = int(records.opcodes[index])
             content = int(records.starts[index])
             where = f"byte {base + content - PREFIX}"
+            if opcode == Opcode.CHUNK and not self._is_needed(records, index + 1):
+                continue
             if opcode == Opcode.CHUNK:
                 chunk = parse(Chunk.read, records.content(index), f"chunk at {where}")
                 yield from self._chunk(chunk, where)
@@ -137,6 +142,16 @@ class McapFile:
         self._hash(records.data[hashed:end])
         if done < records.opcodes.size:
             yield self._batch(records, slice(done, None))
+
+    def _is_needed(self, records: Records, following: int) -> bool:
+        """Return whether a chunk may hold wanted messages: its indexes follow it, one a channel."""
+        index = following
+        while index < records.opcodes.size and records.opcodes[index] == Opcode.MESSAGE_INDEX:
+            channel = int.from_bytes(records.content(index).read(2), "little")
+            if self._wanted[channel] or not self._known[channel]:
+                return True
+            index += 1
+        return index in (following, records.opcodes.size)  # not indexed, or not all of it is here
 
     def _declare(self, records: Records, index: int, where: str) -> None:
         """Take up a header, schema or channel; skip what else there is."""
@@ -160,7 +175,7 @@ class McapFile:
                 self._findings.add(connection)
         elif opcode == Opcode.STATISTICS:
             statistics = parse(Statistics.read, content, f"statistics at {where}")
-            self._counted = statistics.message_count
+            self._counted = statistics.channel_message_counts
 
     def _connection(self, channel: Channel) -> Connection:
         schema = self._schemas.get(channel.schema_id)
@@ -210,7 +225,6 @@ class McapFile:
         if (sizes < _MESSAGE_PREFIX).any():
             raise InputError("a message record is too short to be one: the file is damaged")
         channel = column(records.data, starts, 0, "<u2")
-        self._messages += found.size
         self._undeclared += int(np.count_nonzero(~self._known[channel]))
         wanted = np.flatnonzero(self._wanted[channel])
         starts, sizes, channel = starts[wanted], sizes[wanted], channel[wanted]
@@ -218,6 +232,7 @@ class McapFile:
         if logged.size:
             self._last_logged = int(logged[-1])
         senders, which = np.unique(channel, return_inverse=True)
+        self._messages.update(dict(zip(senders.tolist(), np.bincount(which), strict=True)))
         return Batch(
             records.data,
             tuple(self._connections[sender] for sender in senders.tolist()),
@@ -237,12 +252,13 @@ class McapFile:
             lost = f", lost are {size - len(data)} of {size} bytes of the last record"
             chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
             if chunk is not None:
-                before = self._messages
+                before = self._messages.total()
                 for records, _ in scan(np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)):
                     yield from self._chunk_records(records, f"byte {base}")
+                recovered = self._messages.total() - before
                 lost += (
-                    f", a chunk {_span(chunk)}; {self._messages - before} messages of it were "
-                    "recovered, which no checksum covers"
+                    f", a chunk {_span(chunk)}; {recovered} messages of it that were asked for "
+                    "were recovered, which no checksum covers"
                 )
         if self._last_logged is not None:
             lost += f"; last message that was asked for: logged {shown(self._last_logged)}"

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import re
 import shutil
+import sqlite3
 from collections.abc import Collection, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, BinaryIO, cast
 
 import zstandard
 from rosbags.interfaces import MessageDefinitionFormat
-from rosbags.rosbag1 import Reader as Rosbag1Reader
-from rosbags.rosbag1 import ReaderError as Rosbag1Error
-from rosbags.rosbag2 import Reader as Rosbag2Reader
+from rosbags.rosbag2 import Reader
 
 from hma_gripper_sim.errors import InputError, first_line
-from hma_gripper_sim.logs.mcap_file import MAGIC, McapFile
-from hma_gripper_sim.logs.messages import CDR, ROS1, Batch, Connection, Findings
+from hma_gripper_sim.logs import bag_file, mcap_file
+from hma_gripper_sim.logs.bag_file import BagFile
+from hma_gripper_sim.logs.mcap_file import McapFile
+from hma_gripper_sim.logs.messages import CDR, Batch, Connection, Findings
 from hma_gripper_sim.quantities import choice, read_yaml
 
 METADATA = "metadata.yaml"
 
-_SQLITE, _BAG, _ZSTD = b"SQLite format 3\0", b"#ROSBAG V2.0\n", b"(\xb5/\xfd"
+_SQLITE, _ZSTD = b"SQLite format 3\0", b"(\xb5/\xfd"
 """What files begin with."""
 
 _SUFFIXES = (".mcap", ".db3")
@@ -101,22 +102,37 @@ class Log:
                 begin = _begin(_inflated(stream))
                 stream.seek(0)
                 stream = _inflated(stream)
-                if not begin.startswith(MAGIC):  # the others are not read from front to back
+                if begin.startswith(_SQLITE):  # is not read from front to back
                     file = _unpack(stream, file, stack)
             if not begin:
                 raise InputError("is empty")
-            if begin.startswith(MAGIC[: len(begin)]):
+            if begin.startswith(mcap_file.MAGIC[: len(begin)]):
                 yield from McapFile(file.name, stream, self.findings, topics).batches()
+            elif begin.startswith(bag_file.MAGIC[: len(begin)]):
+                yield from BagFile(file.name, stream, self.findings, topics).batches()
             elif begin.startswith(_SQLITE):
-                reader: Any = stack.enter_context(Rosbag2Reader(file))
-                yield from self._read_by_rosbags(file.name, reader, topics)
-            elif begin.startswith(_BAG):
-                reader = stack.enter_context(Rosbag1Reader(file))
-                yield from self._read_by_rosbags(file.name, reader, topics)
+                file = self._settled(file, stack)
+                yield from self._read_db3(stack.enter_context(Reader(file)), file.name, topics)
             else:
                 raise InputError("is neither an mcap, nor a db3, nor a ROS 1 bag file")
 
-    def _read_by_rosbags(self, name: str, reader: Any, topics: Collection[str]) -> Iterator[Batch]:
+    def _settled(self, file: Path, stack: ExitStack) -> Path:
+        """Return a database that needs no journal: `file`, or a copy where one is left of it."""
+        journals = [file.with_name(file.name + suffix) for suffix in ("-wal", "-journal")]
+        left = [journal for journal in journals if journal.exists() and journal.stat().st_size]
+        if not left:
+            return file
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        for entry in (file, *left):
+            shutil.copy(entry, folder)
+        copy = folder / file.name
+        with closing(sqlite3.connect(copy)) as database:
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+        names = " and ".join(journal.name for journal in left)
+        self.findings.note(f"{file.name} was not closed: read with its {names}")
+        return copy
+
+    def _read_db3(self, reader: Any, name: str, topics: Collection[str]) -> Iterator[Batch]:
         connections: dict[int, Connection] = {}
         wanted = []
         for theirs in reader.connections:
@@ -152,10 +168,7 @@ class Log:
             reason = error.strerror or str(error)
             raise InputError(f"cannot be read: {reason}", source=source) from None
         except Exception as error:
-            reason = first_line(error)
-            if isinstance(error, Rosbag1Error):
-                reason += "; 'rosbag reindex' may repair it"
-            raise InputError(f"cannot be read: {reason}", source=source) from None
+            raise InputError(f"cannot be read: {first_line(error)}", source=source) from None
 
 
 def _metadata(path: Path) -> tuple[list[str], str]:
@@ -181,15 +194,14 @@ def _metadata(path: Path) -> tuple[list[str], str]:
 
 def _connection(file: str, theirs: Any) -> Connection:
     """Take over a connection from `rosbags`."""
-    is_ros1 = hasattr(theirs.ext, "callerid")
     has_definition = theirs.msgdef.format != MessageDefinitionFormat.NONE
     return Connection(
         file=file,
         topic=theirs.topic,
         msgtype=theirs.msgtype,
-        publisher=(theirs.ext.callerid if is_ros1 else None) or str(theirs.id),
-        publishers=1 if is_ros1 else max(1, len(theirs.ext.offered_qos_profiles)),
-        encoding=ROS1 if is_ros1 else theirs.ext.serialization_format or CDR,
+        publisher=str(theirs.id),
+        publishers=max(1, len(theirs.ext.offered_qos_profiles)),
+        encoding=theirs.ext.serialization_format or CDR,
         definition=theirs.msgdef.data if has_definition else "",
         is_idl=theirs.msgdef.format == MessageDefinitionFormat.IDL,
     )

@@ -255,6 +255,29 @@ def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: P
 
 
 @pytest.fixture
+def by_two_callers(tmp_path: Path) -> Callable[[Sequence[Entry]], Path]:
+    """Write the wrenches of a log to a ROS 1 bag, from the callers /a and /b by turns."""
+
+    def write(entries: Sequence[Entry]) -> Path:
+        path = tmp_path / "two.bag"
+        store = get_typestore(Stores.ROS1_NOETIC)
+        wrenches = [entry for entry in entries if entry[0] is ACTUATOR_WRENCH]
+        with rosbags.rosbag1.Writer(path) as writer:
+            connections = [
+                writer.add_connection(
+                    ACTUATOR_WRENCH.name, ACTUATOR_WRENCH.msgtype, typestore=store, callerid=caller
+                )
+                for caller in ("/a", "/b")
+            ]
+            for index, (topic, stamp, message) in enumerate(wrenches):
+                data = STORE.cdr_to_ros1(serialised(message), topic.msgtype)
+                writer.write(connections[index % 2], stamp, data)
+        return path
+
+    return write
+
+
+@pytest.fixture
 def serialise() -> Callable[[Any], bytes]:
     """Serialise a message."""
     return serialised

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.logs.reader import read_recording
+from hma_gripper_sim.logs.reader import read_messages, read_recording
 from hma_gripper_sim.logs.recording import Recording
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -91,8 +91,8 @@ def test_truncated_chunk_says_which_time_is_lost(write: Write) -> None:
     expected = (
         r"plain.mcap is truncated: ends at byte \d+, lost are \d+ of \d+ bytes of the "
         r"last record, a chunk logged 1700000000\.173456 s to 1700000000\.213456 s; \d+ messages "
-        r"of it were recovered, which no checksum covers; last message that was asked for: logged "
-        r"1700000000.203456 s"
+        r"of it that were asked for were recovered, which no checksum covers; last message that "
+        r"was asked for: logged 1700000000.203456 s"
     )
     assert re.fullmatch(expected, note)
 
@@ -130,7 +130,40 @@ def test_chunk_that_is_taken_for_something_else_is_missed(write: Write, opcode: 
         begin = make_reader(file).get_summary().chunk_indexes[1].chunk_start_offset
     path.write_bytes(content[:begin] + bytes([opcode]) + content[begin + 1 :])
     recording = read_recording(path)
-    assert re.search(r"its summary counts 31 messages, \d\d were found", recording.notes[0])
+    assert re.search(r"its summary counts 10 messages, \d were found", recording.notes[0])
+
+
+def test_chunks_without_wanted_messages_are_left_alone(
+    by_mcap: Write, make_ticks: Callable[[int], list[Any]]
+) -> None:
+    """One message in each chunk: the last, of the contour, which no signal needs, is damaged."""
+    entries = make_ticks(10)
+    path = by_mcap([*entries, entries[0]], chunk_size=1, compression=CompressionType.NONE)
+    content = path.read_bytes()
+    place = content.rindex(b"box\x00")
+    path.write_bytes(content[:place] + b"f" + content[place + 1 :])
+    assert read_recording(path)["travel"].value.size == 10
+    with pytest.raises(InputError, match="crc validation"):
+        list(read_messages(path, ["/hma_gripper_sim/contour"]))
+
+
+def test_chunk_that_a_damaged_index_hides_is_missed(write: Write) -> None:
+    path = write(chunk_size=1, compression=CompressionType.NONE)
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    topics = {channel.topic: number for number, channel in summary.channels.items()}
+    joints = topics["/joint_states"]
+    place = [c for c in summary.chunk_indexes if joints in c.message_index_offsets][3]
+    content = bytearray(path.read_bytes())
+    at = place.message_index_offsets[joints] + 9
+    assert content[at] == joints
+    content[at] = topics["/hma_gripper_sim/contour"]
+    path.write_bytes(content)
+    recording = read_recording(path)
+    assert recording["travel"].value.size == 9
+    assert recording.notes[0] == (
+        "plain.mcap is damaged: of /joint_states its summary counts 10 messages, 9 were found"
+    )
 
 
 def test_wrong_checksum_of_a_chunk_is_named(write: Write) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,8 +13,16 @@ import pytest
 
 from hma_gripper_sim import InputError
 from hma_gripper_sim.logs.reader import read_messages, read_recording
+from hma_gripper_sim.logs.signal_map import SignalMap
 
 Storages = dict[str, Callable[[Path, list[Any]], Path]]
+
+LOGGED_PHI = {
+    "topic": "/hma_gripper_sim/phi",
+    "field": "position",
+    "joint": "phi_left",
+    "time": "log",
+}
 
 START, PERIOD = 1_700_000_000_123_456_789, 10_000_000  # ns
 
@@ -40,12 +50,11 @@ def test_every_storage_gives_the_same_messages(stored_log: Path) -> None:
     assert messages[-1].content.position[0] == 0.004
 
 
-@pytest.mark.parametrize("kind", ["db3", "ROS 1", "ROS 1, lz4"])
-def test_truncated_file_of_another_kind_is_named(
-    kind: str, tmp_path: Path, storages: Storages, make_ticks: Callable[[int], list[Any]]
+def test_truncated_database_is_named(
+    tmp_path: Path, storages: Storages, make_ticks: Callable[[int], list[Any]]
 ) -> None:
-    """Their readers need the end of the file: nothing is recovered, and nothing is made up."""
-    path = storages[kind](tmp_path, make_ticks(40))
+    """SQLite refuses it: nothing is recovered, and nothing is made up."""
+    path = storages["db3"](tmp_path, make_ticks(40))
     content = path.read_bytes()
     assert len(content) > 10 * 997
     for kept in range(0, len(content), 997):
@@ -53,8 +62,29 @@ def test_truncated_file_of_another_kind_is_named(
         with pytest.raises(InputError, match=r"cannot be read: [^\n]+$") as caught:
             read_recording(path)
         assert caught.value.source == str(path)
-    if kind != "db3":
-        assert "'rosbag reindex' may repair it" in str(caught.value)
+
+
+def test_database_of_a_recorder_that_was_killed_is_read_with_its_journal(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """rosbag2's resilient profile: what was committed last is in the -wal file only."""
+    path = storages["db3"](tmp_path, entries[:-3])
+    killed = tmp_path / "killed.db3"
+    connection = sqlite3.connect(path)
+    connection.execute("PRAGMA journal_mode=WAL")
+    connection.execute("CREATE TABLE more AS SELECT * FROM messages")
+    connection.execute(
+        "INSERT INTO messages SELECT id + 100, topic_id, timestamp + 1000000000, data FROM more"
+    )
+    connection.commit()
+    shutil.copy(path, killed)
+    shutil.copy(f"{path}-wal", f"{killed}-wal")
+    connection.close()
+    content = killed.read_bytes()
+    recording = read_recording(killed, SignalMap.from_mapping({"phi_left": LOGGED_PHI}))
+    assert recording["phi_left"].value.size == 8
+    assert "killed.db3 was not closed: read with its killed.db3-wal" in recording.notes
+    assert killed.read_bytes() == content
 
 
 def test_truncated_file_that_was_compressed_gives_what_is_left(
