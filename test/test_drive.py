@@ -24,6 +24,7 @@ from hma_gripper_sim.drive import Drive
 from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.kernels.braking import TRAVEL_RESOLUTION
 from hma_gripper_sim.trajectory import Trajectory, WayPoint
+from hma_gripper_sim.trapezoid import trapezoid
 
 PERIOD = 0.01
 LIMITS = DriveLimits(
@@ -271,6 +272,16 @@ def test_a_jump_of_the_goal_is_approached_at_the_limits_without_overshoot(
     assert max(state.travel for state in states) <= goal + 2 * TRAVEL_RESOLUTION
     assert states[-1].travel == pytest.approx(goal, abs=4 * TRAVEL_RESOLUTION)
     assert abs(states[-1].velocity) * period <= 4 * TRAVEL_RESOLUTION
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01])
+def test_a_trajectory_that_ends_at_a_limit_is_not_held_back_by_it(period):
+    drive = make_drive(travel_max=0.01, period=period)
+    drive.follow(Trajectory(trapezoid(0.0, 0.01, 0.02, 0.5, period)))
+    while drive.state.travel < 0.01 - 1e-9:
+        drive.tick()
+        assert not drive.status().at_limit
+    assert ticks(drive, 3)[-1].velocity == 0.0
 
 
 def test_a_trajectory_beyond_the_limits_is_held_by_them_and_said():

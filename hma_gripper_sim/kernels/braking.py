@@ -93,4 +93,5 @@ def limited_velocity(
     highest = braking_velocity(ahead, velocity, change, period)
     lowest = -braking_velocity(behind, -velocity, change, period)
     reached = min(max(near, lowest), highest)
-    return reached, reached != near
+    rounding = min(4.0 * TRAVEL_RESOLUTION / period, 0.5 * change)
+    return reached, abs(reached - near) > rounding

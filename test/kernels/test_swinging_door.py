@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hma_gripper_sim.kernels.swinging_door import swinging_door
@@ -17,6 +17,7 @@ def corners(time, value, tolerance=TOLERANCE):
     return kept[: swinging_door(time, value, tolerance, kept)]
 
 
+@settings(deadline=None)  # the kernel may have to be compiled first
 @given(st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=60))
 def test_no_point_is_missed_by_more_than_the_tolerance(values: list[float]) -> None:
     time, value = np.arange(float(len(values))), np.array(values)
