@@ -119,3 +119,16 @@ def test_caller_tells_publishers_apart(
         read_recording(path, SignalMap.from_mapping({"actuator_force": entry}))
     chosen = SignalMap.from_mapping({"actuator_force": {**entry, "publisher": "/b"}})
     assert read_recording(path, chosen)["actuator_force"].value.tolist() == [0.375, 0.125]
+
+
+def test_messages_that_the_index_counts_and_nobody_finds_are_noted(
+    write: Callable[..., Path],
+) -> None:
+    """The last record gives for each connection the number of its messages."""
+    path = write("ROS 1")
+    content = path.read_bytes()
+    connection, count = content[-8:-4], content[-4:]
+    assert (connection[1:], count) == (bytes(3), (40).to_bytes(4, "little"))
+    path.write_bytes(content[:-4] + (42).to_bytes(4, "little"))
+    (note,) = (note for note in read_recording(path).notes if "damaged" in note)
+    assert note.startswith("bag.bag is damaged: its index counts 123 messages, 121 were found")

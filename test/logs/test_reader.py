@@ -96,6 +96,13 @@ def test_time_that_runs_back_is_named(entries: list[Any], write_log: Write) -> N
     refused(write_log(entries), "time runs back by 1.99 s at stamp 1699999998.153456 s", WRENCH)
 
 
+def test_topics_of_different_clocks_are_named(entries: list[Any], write_log: Write) -> None:
+    """Simulated time on one of them."""
+    for message in on(entries, WRENCH):
+        message.header.stamp.sec -= 1_700_000_000
+    refused(write_log(entries), "travel begins 53.9 years after actuator_force", None)
+
+
 def test_time_that_stands_still_is_not_an_error(entries: list[Any], write_log: Write) -> None:
     """A paused node repeats its stamp."""
     first, second = on(entries, WRENCH)[:2]
