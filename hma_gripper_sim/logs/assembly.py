@@ -38,7 +38,8 @@ def assemble(
     try:
         chosen = _chosen(signal, parts, findings)
         if chosen is None:
-            findings.note(f"{signal.name}: not there, {_absence(signal, parts, findings)}")
+            absence = _absence(signal, parts, findings)
+            findings.note(f"{signal.topic}: {signal.name} is absent: {absence}")
             return None
         stamps, value = _joined(signal, chosen)
         passed_over = sum(samples.passed_over for samples in chosen)

@@ -41,6 +41,8 @@ _PROFILE = "ros2"
 _OPCODES, _FIRST_PRIVATE = frozenset(map(int, Opcode)), 0x80
 """Kinds of records that mcap knows, and the first one that everybody may use."""
 
+_PARSED = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS)
+
 
 class McapFile:
     """One mcap file.
@@ -90,13 +92,15 @@ class McapFile:
         data, base, missing = b"", len(magic), 0
         while missing <= _LARGEST and (piece := self._stream.read(max(_PIECE, missing))):
             data += piece
+            if self._has_ended:
+                break
             position = 0
             for records, end in scan(np.frombuffer(data, dtype=np.uint8)):
                 yield from self._file_records(records, position, end, base)
                 position = end
             data, base = data[position:], base + position
             missing = PREFIX + size_behind(data) - len(data)
-        if not self._has_ended or data != MAGIC:
+        if not self._has_ended or not data.startswith(MAGIC):
             yield from self._rest(data, base)
         for channel, counted in self._counted.items():
             found = self._messages[channel]
@@ -155,9 +159,12 @@ class McapFile:
 
     def _declare(self, records: Records, index: int, where: str) -> None:
         """Take up a header, schema or channel; skip what else there is."""
-        opcode, content = int(records.opcodes[index]), records.content(index)
+        opcode = int(records.opcodes[index])
         if opcode not in _OPCODES and opcode < _FIRST_PRIVATE:
             raise InputError(f"record of unknown kind {opcode} at {where}: damaged")
+        if opcode not in _PARSED:
+            return
+        content = records.content(index)
         if opcode == Opcode.HEADER:
             header = parse(Header.read, content, f"header at {where}")
             if header.profile not in ("", _PROFILE):
@@ -185,7 +192,7 @@ class McapFile:
             topic=channel.topic,
             msgtype=schema.name if schema else "",
             publisher=str(channel.id),
-            publishers=count_profiles(qos),
+            publishers=_count_profiles(qos),
             encoding=channel.message_encoding,
             definition=schema.data.decode(errors="replace") if schema else "",
             is_idl=schema is not None and schema.encoding == "ros2idl",
@@ -272,7 +279,7 @@ class McapFile:
             raise InputError(f"the checksum of the {what} at {where} does not match: damaged")
 
 
-def count_profiles(qos: str) -> int:
+def _count_profiles(qos: str) -> int:
     """Return how many publishers' quality of service rosbag2 noted for a topic; at least 1."""
     try:
         profiles: Any = yaml.safe_load(qos)

@@ -105,7 +105,7 @@ class Log:
                 if begin.startswith(_SQLITE):  # is not read from front to back
                     file = _unpack(stream, file, stack)
             if not begin:
-                raise InputError("is empty")
+                raise InputError("it is empty")
             if begin.startswith(mcap_file.MAGIC[: len(begin)]):
                 yield from McapFile(file.name, stream, self.findings, topics).batches()
             elif begin.startswith(bag_file.MAGIC[: len(begin)]):
@@ -114,7 +114,7 @@ class Log:
                 file = self._settled(file, stack)
                 yield from self._read_db3(stack.enter_context(Reader(file)), file.name, topics)
             else:
-                raise InputError("is neither an mcap, nor a db3, nor a ROS 1 bag file")
+                raise InputError("it is neither an mcap, nor a db3, nor a ROS 1 bag file")
 
     def _settled(self, file: Path, stack: ExitStack) -> Path:
         """Return a database that needs no journal: `file`, or a copy where one is left of it."""

@@ -278,6 +278,18 @@ def by_two_callers(tmp_path: Path) -> Callable[[Sequence[Entry]], Path]:
 
 
 @pytest.fixture
+def as_ros1() -> Callable[[Any], tuple[str, bytes]]:
+    """Return the definition of a message's type, and the message, as in ROS 1."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+
+    def convert(message: Any) -> tuple[str, bytes]:
+        definition, _ = store.generate_msgdef(message.__msgtype__, ros_version=1)
+        return definition, bytes(STORE.cdr_to_ros1(serialised(message), message.__msgtype__))
+
+    return convert
+
+
+@pytest.fixture
 def serialise() -> Callable[[Any], bytes]:
     """Serialise a message."""
     return serialised

@@ -114,7 +114,7 @@ def test_logged_times_are_sorted_but_stamps_of_headers_are_not() -> None:
 def test_optional_signal_may_be_absent() -> None:
     found = findings()
     assert assemble(signal(optional=True), [], found) is None
-    assert found.notes == ["actuator_force: not there, no messages on this topic"]
+    assert found.notes == ["/force: actuator_force is absent: no messages on this topic"]
     with pytest.raises(InputError, match="actuator_force: no messages on this topic") as caught:
         assemble(signal(), [], findings())
     assert caught.value.field == "/force"

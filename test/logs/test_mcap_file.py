@@ -208,6 +208,35 @@ def test_other_profile_is_noted(write: Write) -> None:
     assert recording["travel"].value.size == 10
 
 
+def test_messages_of_ros_1_in_an_mcap_file_are_read(
+    tmp_path: Path, make_ticks: Callable[[int], list[Any]], as_ros1: Callable[[Any], Any]
+) -> None:
+    """As the mcap command line tool makes them of bags."""
+    path = tmp_path / "ros1.mcap"
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file)
+        writer.start(profile="ros1")
+        channels = {}
+        for topic, stamp, message in make_ticks(5):
+            definition, data = as_ros1(message)
+            if topic not in channels:
+                schema = writer.register_schema(topic.msgtype, "ros1msg", definition.encode())
+                channels[topic] = writer.register_channel(topic.name, "ros1", schema)
+            writer.add_message(channels[topic], stamp, data, stamp)
+        writer.finish()
+    recording = read_recording(path)
+    assert recording["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
+    assert recording.notes[0] == "its mcap profile is 'ros1', not 'ros2'"
+
+
+def test_bytes_behind_the_end_do_not_matter(write: Write) -> None:
+    path = write()
+    path.write_bytes(path.read_bytes() + bytes(100))
+    recording = read_recording(path)
+    assert recording["travel"].value.size == 10
+    assert not any("truncated" in note for note in recording.notes)
+
+
 def test_channels_that_are_not_ros_are_named(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with path.open("wb") as file:
