@@ -13,12 +13,16 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
 endif
 
-.PHONY: help demo test docs clean
+# What test/replay/test_golden.py compares with: one log for each scene in that folder.
+GOLDEN := test/data/golden
+
+.PHONY: help demo test docs golden clean
 
 help:
 	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
 	@echo 'make test    set up $(VENV) and run ruff, mypy and pytest'
 	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
+	@echo 'make golden  simulate the scenes in $(GOLDEN) anew: what later versions are compared with'
 	@echo 'make clean   remove $(VENV), build products and caches'
 	@echo 'Another Python (3.10 to 3.13): make demo PYTHON=python3.12'
 
@@ -33,6 +37,12 @@ test: $(VENV)/.installed-test
 
 docs: $(VENV)/.installed
 	$(BIN)/python -m hma_gripper_sim.ros.interface
+
+golden: $(VENV)/.installed
+	for scene in $(GOLDEN)/*.yaml; do \
+	  rm -rf "$${scene%.yaml}"; \
+	  $(BIN)/hma_gripper replay "$$scene" --rate 2.5 --output "$${scene%.yaml}" || exit 1; \
+	done
 
 # Editable, so that both are set up anew only when a file changes that says what to install.
 $(VENV)/.installed: EXTRAS := ros

@@ -6,8 +6,8 @@ durations of which the first is the approach; what was ``measured``, at instants
 uncertainties, and the ``max_error`` that each figure may have; and, where there is a publication,
 the figures that were ``published`` with the error or the window that is allowed for each. Where
 there is a ``log`` (its ``path``, a map of its ``signals``, and the ``uncertainty`` of a sample of
-each), motion and measured may be left out. Paths are relative to the file. Quantities are texts
-with units; bare numbers are SI.
+each), the motion may be left out. An experiment that is only planned has nothing measured. Paths
+are relative to the file. Quantities are texts with units; bare numbers are SI.
 """
 
 from __future__ import annotations
@@ -40,10 +40,16 @@ _ROUND_OFF = 1e-9
 
 def is_experiment(path: str | Path) -> bool:
     """Whether a path is that of an experiment file, or the name of a shipped one; not of a log."""
-    return Path(path).suffix in (".yaml", ".yml") or _shipped(path).is_file()
+    return Path(path).suffix in (".yaml", ".yml") or _is_shipped(path)
 
 
-def _shipped(name: str | Path) -> Path:
+def _is_shipped(path: str | Path) -> bool:
+    """Whether a path is no path but the name of a shipped experiment."""
+    name = Path(path).name
+    return name == str(path) and not Path(path).exists() and _shipped(name).is_file()
+
+
+def _shipped(name: str) -> Path:
     return config_directory() / "experiments" / f"{name}.yaml"
 
 
@@ -55,8 +61,8 @@ def read_experiment(path: str | Path) -> Experiment:
     InputError
         Names the file, the field and what is wrong with it.
     """
-    if not Path(path).exists() and _shipped(path).is_file():
-        path = _shipped(path)
+    if _is_shipped(path):
+        path = _shipped(Path(path).name)
     try:
         return _experiment(Path(path), _Section(read_yaml(path), ""))
     except InputError as error:
@@ -128,7 +134,7 @@ def _experiment(path: Path, file: _Section) -> Experiment:
     end = sum(segment.duration for segment in motion)
     measurements: tuple[Measurement, ...] = ()
     measured: tuple[Criterion, ...] = ()
-    if not log or "measured" in file:
+    if "measured" in file:
         section = file.section("measured")
         section.only("source", "instants", "max_error")
         measurements = tuple(_measurements(section, end))

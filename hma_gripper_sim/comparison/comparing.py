@@ -123,6 +123,8 @@ def compare_experiment(
     bounds: Sequence[Bound] = (),
 ) -> LogComparison:
     """Compare a recording with all that an experiment has: its log, and what it has at instants."""
+    if not (experiment.measured or experiment.published or experiment.log):
+        raise InputError("states nothing to compare with: it is only planned", source=path)
     if experiment.log is None:
         if instants:
             raise InputError("has no log: only its own instants are known", source=path)

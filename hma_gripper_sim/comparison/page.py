@@ -18,7 +18,7 @@ from hma_gripper_sim.comparison.pictures import signal_svg
 from hma_gripper_sim.comparison.tables import (
     ERROR_HEADINGS,
     INSTANT_HEADINGS,
-    WITHIN,
+    SPREAD,
     error_rows,
     instant_rows,
 )
@@ -100,7 +100,7 @@ def _lines(result: LogComparison) -> Iterator[str]:
         rows = [row for signal in result.signals for row in error_rows(signal)]
         yield from _table(ERROR_HEADINGS, rows)
         yield f'<p class="small">{escape(RELATIVE)}'
-        yield f"Spread: of the measured left and right angle; “{WITHIN}”: the error is no larger."
+        yield f"<br>Spread: of the measured left and right angle. {SPREAD}."
         if result.phases is not None:
             yield f"<br>{escape(result.phases.definition)}"
         yield "</p>"

@@ -18,8 +18,10 @@ from hma_gripper_sim.report import plain, terminal_table
 ERROR_HEADINGS = ("signal", "over", "RMSE", "largest", "at", "bias", "relative", "spread")
 INSTANT_HEADINGS = ("signal", "at", "simulated", "measured", "error", "relative", "spread")
 
-WITHIN = "inside"
+WITHIN = "✓"
 """Marks an error that is within the experiment's own spread."""
+
+SPREAD = f"{WITHIN}: no larger than the spread of the measured left and right angle"
 
 
 def terminal_tables(result: LogComparison) -> Iterator[Table]:
@@ -31,10 +33,10 @@ def terminal_tables(result: LogComparison) -> Iterator[Table]:
         yield terminal_table("Figures", result.criteria)
     if result.signals:
         rows = [row for signal in result.signals for row in error_rows(signal)]
-        yield _table("Simulated - measured", ERROR_HEADINGS, rows)
+        yield _table("Simulated - measured", ERROR_HEADINGS, rows, SPREAD)
     rows = [row for signal in result.signals for row in instant_rows(signal)]
     if rows:
-        yield _table("At the asked instants", INSTANT_HEADINGS, rows)
+        yield _table("At the asked instants", INSTANT_HEADINGS, rows, SPREAD)
     if result.verdicts:
         rows = [
             (v.bound.name, v.bound.text, v.text, "yes" if v.inside else "NO")
@@ -156,7 +158,7 @@ def _label(signal: SignalErrors) -> str:
 def _percent(share: float | None) -> str:
     if share is None:
         return ""
-    return "< 0.001 %" if 0.0 < share < 1e-5 else f"{100.0 * share:.3g} %"
+    return "< 0.01 %" if 0.0 < share < 1e-4 else f"{100.0 * share:.3g} %"
 
 
 def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
@@ -166,11 +168,15 @@ def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
     return f"{shown} {WITHIN}" if error.within_spread else shown
 
 
-def _table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
+def _table(
+    title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]], legend: str = ""
+) -> Table:
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in headings:
         text = heading in ("signal", "over", "object")
         table.add_column(heading, justify="left" if text else "right", no_wrap=heading != "object")
+    if any(WITHIN in cell for row in rows for cell in row):
+        table.caption, table.caption_justify = legend, "left"
     for row in rows:
         table.add_row(*(escape(cell) for cell in row), style="bold red" if "NO" in row else None)
     return table

@@ -73,8 +73,13 @@ class Request:
     bounds: Sequence[Bound]
 
 
-def carry_out(request: Request) -> LogComparison:
+def carry_out(request: Request) -> LogComparison | None:
     """Replay, write the log, say what was done, and compare with the source.
+
+    Returns
+    -------
+    LogComparison or None
+        None where nothing is known to compare with: of an experiment that is only planned.
 
     Raises
     ------
@@ -106,8 +111,12 @@ def carry_out(request: Request) -> LogComparison:
     )
     console.print(said, markup=False, highlight=False, soft_wrap=True)
     comparison = _compare(request, experiment, recording, result)
-    notes = (*course.notes, *_elsewhere(course, recording, result), *result.touches)
-    return replace(comparison, notes=(*notes, *comparison.notes))
+    notes = (*course.notes, *_elsewhere(course, comparison), *result.touches)
+    if comparison is not None:
+        return replace(comparison, notes=(*notes, *comparison.notes))
+    for note in notes:
+        console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
+    return None
 
 
 def _read(request: Request) -> tuple[Experiment | None, Recording | None]:
@@ -210,9 +219,11 @@ def _is_number(text: str) -> bool:
 
 def _compare(
     request: Request, experiment: Experiment | None, recording: Recording | None, result: Replay
-) -> LogComparison:
+) -> LogComparison | None:
     source = str(request.source)
     if experiment is not None:
+        if not (experiment.measured or experiment.published or experiment.log or request.bounds):
+            return None
         return compare_experiment(result.recording, experiment, source, bounds=request.bounds)
     if recording is None:
         raise InputError("has no log", source=source)
@@ -220,20 +231,18 @@ def _compare(
     return compare_recordings(result.recording, recording, title=title, bounds=request.bounds)
 
 
-def _elsewhere(course: Course, recording: Recording | None, result: Replay) -> tuple[str, ...]:
+def _elsewhere(course: Course, comparison: LogComparison | None) -> tuple[str, ...]:
     """Say if the commands have led elsewhere than the recorded gripper went."""
-    if recording is None or "travel" not in recording.signals or not len(course.commands.time):
+    if comparison is None or not len(course.commands.time):
         return ()
-    ours, theirs = result.recording["travel"], recording["travel"]
-    shift = 1e-9 * (result.recording.start - recording.start)
-    there = np.interp(ours.time + shift, theirs.time, theirs.value)
-    furthest = float(np.abs(ours.value - there).max())
-    if furthest <= ELSEWHERE:
-        return ()
-    return (
-        f"the commands lead up to {furthest * 1e3:.3g} mm away from the measured travel: other "
-        "commands, limits or ticks were in force, or the log began in motion; try --from travel",
-    )
+    for signal in comparison.signals:
+        if signal.name == "travel" and signal.overall.maximum > ELSEWHERE:
+            return (
+                f"the commands lead up to {signal.overall.maximum * 1e3:.3g} mm away from the "
+                "measured travel: other commands, limits or ticks were in force, or the log began "
+                "in motion; try --from travel",
+            )
+    return ()
 
 
 def _progress() -> Progress:
