@@ -11,7 +11,7 @@ import numpy as np
 from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Segment
-from hma_gripper_sim.kernels.drive_profile import drive_profile
+from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
 from hma_gripper_sim.kernels.integrator import Motion
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.motion import of_ticks, through_points
@@ -25,8 +25,20 @@ RENEWAL = 0.1
 _ARRIVED = 1e-9
 """How near [m] to a way point the gripper is at it."""
 
+_ON_TIME = 1e-3
+"""Share of a tick by which the stamp of a sample at its end may differ from it."""
+
 _EARLY = 1e-6
 """Share of a tick by which rounding may put a command before the tick that it was logged at."""
+
+_SLACK = (2, 30)
+"""Ticks that a log may be wrong by about when a command was taken: usually, and at most."""
+
+_HORIZON = 10
+"""Ticks after a change of the velocity by which its effect is recognised."""
+
+_EXACT = 1e-10
+"""Difference [m] of the ways made in one tick that is rounding."""
 
 _NO_COMMANDS = Series(np.empty(0), np.empty(0))
 
@@ -71,7 +83,9 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
 
     The first tick ends one period after the first sample of the travel. A command is taken by
     the tick in whose time it was logged; one that was logged at the very end of a tick is taken
-    by the next: it was logged by someone who had seen that tick's results.
+    by the next: it was logged by someone who had seen that tick's results. Where the travel was
+    logged at every tick and shows, to rounding, that another one of the ticks around took it, that
+    one does.
 
     Parameters
     ----------
@@ -94,10 +108,6 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
         raise InputError(
             f"lasts {end - begin:g} s, less than one tick", field="travel", source=recording.source
         )
-    ticks = np.floor((commands.time - begin) / period + _EARLY).astype(np.int64)
-    known = ticks < count
-    taken = np.full(count, np.nan)
-    taken[np.maximum(ticks[known], 0)] = commands.value[known]
     widened = replace(
         limits,
         travel_min=min(limits.travel_min, travel),
@@ -109,8 +119,24 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
             f"the log starts at a travel of {travel * 1e3:.4g} mm, outside the drive's range "
             f"{limits.travel_min * 1e3:.4g} to {limits.travel_max * 1e3:.4g} mm, which was widened"
         )
+    ticks = np.floor((commands.time - begin) / period + _EARLY).astype(np.int64)
+    known = ticks < count
+    ticks, values = np.maximum(ticks[known], 0), commands.value[known]
+    way = _way_by_tick(recording, begin, period, count)
+    logged = ticks.copy()
+    moved = settle_commands(
+        _axis(widened, period), travel, way, values, *_SLACK, _HORIZON, _EXACT, ticks
+    )
+    if moved:
+        most = int(np.abs(ticks - logged).max())
+        notes.append(
+            f"as the measured travel shows, {moved} commands were taken at other ticks than they "
+            f"were logged at (up to {most} earlier or later)"
+        )
+    taken = np.full(count, np.nan)
+    taken[ticks] = values
     motion = _driven(taken, widened, period, travel)
-    sent = Series(commands.time[known] - begin, commands.value[known])
+    sent = Series(period * ticks.astype(np.float64), values)
     start = recording.start + round(1e9 * begin)
     return Course("the commanded velocity", start, motion, sent, tuple(notes))
 
@@ -186,15 +212,28 @@ def _profile(
     """Travel [m] and velocity [m/s] of the drive at the ends of its ticks, from a start on."""
     travels, velocities = np.empty((2, len(commands) + 1))
     travels[0], velocities[0] = travel, velocity
-    drive_profile(
-        commands,
+    drive_profile(_axis(limits, period), commands, travels, velocities)
+    return travels, velocities
+
+
+def _axis(limits: DriveLimits, period: float) -> Axis:
+    return Axis(
         limits.max_velocity,
         limits.max_acceleration * period,
         limits.travel_min,
         limits.travel_max,
         limits.timeout_ticks(period),
         period,
-        travels,
-        velocities,
     )
-    return travels, velocities
+
+
+def _way_by_tick(recording: Recording, begin: float, period: float, count: int) -> FloatArray:
+    """Way that the recorded gripper made in each tick [m]; NaN where it was not logged."""
+    at = np.full(count + 1, np.nan)
+    if "travel" in recording.signals:
+        travel = recording["travel"]
+        ticks = (travel.time - begin) / period
+        rows = np.round(ticks).astype(np.int64)
+        on_time = (np.abs(ticks - rows) < _ON_TIME) & (rows >= 0) & (rows <= count)
+        at[rows[on_time]] = travel.value[on_time]
+    return np.diff(at)
