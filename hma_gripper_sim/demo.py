@@ -6,7 +6,7 @@ import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -25,6 +25,7 @@ from hma_gripper_sim.logs.topics import LOGGED_TOPICS, NODE
 from hma_gripper_sim.logs.writer import LogWriter
 from hma_gripper_sim.node_process import NodeProcess, private_ros_domain, ros_is_missing
 from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.replay.parameters import flat, metadata
 from hma_gripper_sim.report import Result, terminal_table, write_report
 
 if TYPE_CHECKING:
@@ -88,8 +89,7 @@ def run_demo(
     design = GripperDesign.from_yaml(design_file) if design_file else experiments[0].design
     client_type = _ros_client()
     _prepare(report, experiments)
-    parameters = report / "sim_node.yaml"
-    _write_parameters(parameters, experiments, design_file, factor)
+    parameters = _parameters(experiments, design_file, factor)
     console = Console()
     with _progress(console) as progress:
         _record(report, experiments, parameters, client_type, progress)
@@ -159,10 +159,10 @@ def _log_path(report: Path, experiment: Experiment) -> Path:
     return report / experiment.name / "log"
 
 
-def _write_parameters(
-    path: Path, experiments: Sequence[Experiment], design_file: Path | None, factor: float
-) -> None:
-    """Write what the node is to simulate as a ROS parameter file."""
+def _parameters(
+    experiments: Sequence[Experiment], design_file: Path | None, factor: float
+) -> dict[str, Any]:
+    """Return what the node is to simulate, as its parameters."""
     content = {
         **node_parameters(experiments),
         "real_time_factor": factor,
@@ -171,39 +171,52 @@ def _write_parameters(
     }
     if design_file:
         content["design"] = str(design_file.resolve())
-    text = yaml.safe_dump({NODE: {"ros__parameters": content}}, sort_keys=False)
-    path.write_text(text, encoding="utf-8")
+    return content
 
 
 def _record(
     report: Path,
     experiments: Sequence[Experiment],
-    parameters: Path,
+    parameters: dict[str, Any],
     client_type: type[DemoClient],
     progress: Progress,
 ) -> None:
     """Start the node, run every experiment on it, log what it publishes, and end it."""
+    file = report / "sim_node.yaml"
+    text = yaml.safe_dump({NODE: {"ros__parameters": parameters}}, sort_keys=False)
+    file.write_text(text, encoding="utf-8")
     with (
         _terminable(),
         private_ros_domain(),
-        NodeProcess(parameters, report / "sim_node.log") as node,
+        NodeProcess(file, report / "sim_node.log") as node,
     ):
         starting = progress.add_task("starting sim_node", total=None)
         with client_type(node) as client:
             client.wait_for_node(_START_TIMEOUT)
             progress.update(starting, total=1, completed=1)
             for experiment in experiments:
-                _pick_up(_log_path(report, experiment), experiment, client, progress)
+                log = LogWriter(
+                    _log_path(report, experiment),
+                    LOGGED_TOPICS,
+                    custom_data=_metadata(parameters, experiment),
+                )
+                _pick_up(log, experiment, client, progress)
         node.stop()
 
 
+def _metadata(parameters: dict[str, Any], experiment: Experiment) -> dict[str, str]:
+    """Return what is simulated in one experiment, for its log to say: a replay needs no more."""
+    others = {name: value for name, value in parameters.items() if name != "real_time_factor"}
+    return metadata(flat({**others, "contour": experiment.contour_name}))
+
+
 def _pick_up(
-    log_path: Path, experiment: Experiment, client: DemoClient, progress: Progress
+    log: LogWriter, experiment: Experiment, client: DemoClient, progress: Progress
 ) -> None:
     duration = experiment.way_points[-1][0]
     task = progress.add_task(f"picking up the {experiment.contour_name}", total=duration)
     client.select(experiment.contour_name)
-    with LogWriter(log_path, LOGGED_TOPICS) as log:
+    with log:
         client.follow(experiment.motion, log, lambda time: progress.update(task, completed=time))
     progress.update(task, completed=duration)
 

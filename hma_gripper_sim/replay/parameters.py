@@ -128,6 +128,11 @@ def logged_parameters(path: str | Path) -> dict[str, object]:
     return given
 
 
+def metadata(given: Mapping[str, object]) -> dict[str, str]:
+    """Return parameters as `logged_parameters` finds them in a log's metadata again."""
+    return {PARAMETERS_KEY: json.dumps(dict(given), sort_keys=True)}
+
+
 def contour_parameters(name_or_file: str) -> dict[str, object]:
     """Return the parameters that put an object in place, by name or from a YAML file.
 

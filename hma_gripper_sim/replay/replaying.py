@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from hma_gripper_sim.motion import part_of
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.replay.course import Course
 from hma_gripper_sim.replay.messages import Stamps, TickMessages, contour_message, velocity_message
-from hma_gripper_sim.replay.parameters import PARAMETERS_KEY, Parameters
+from hma_gripper_sim.replay.parameters import Parameters, metadata
 from hma_gripper_sim.simulation import Simulation
 from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
 
@@ -76,7 +75,7 @@ def replay(
         The simulation could not go on; what was simulated before is in the log.
     """
     simulation = Simulation(parameters.scene, parameters.tolerance)
-    texts = {PARAMETERS_KEY: json.dumps(dict(parameters.given), sort_keys=True)}
+    texts = metadata(parameters.given)
     messages = TickMessages(parameters.scene.joint_names)
     touches: dict[tuple[str, str], str] = {}
     blocks = []
