@@ -14,8 +14,8 @@ import numpy as np
 
 from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.kernels.records import copy_bytes, match_messages
-from hma_gripper_sim.logs.layout import Layout, follow
-from hma_gripper_sim.logs.messages import CDR, Batch, Bytes, Connection, Ints, shown
+from hma_gripper_sim.logs.layout import follow
+from hma_gripper_sim.logs.messages import Batch, Bytes, Connection, Ints, shown
 from hma_gripper_sim.logs.signal_map import Signal
 from hma_gripper_sim.logs.signals import FloatArray, Place, joint_names, transforms
 
@@ -82,7 +82,7 @@ class Gatherer:
         self.samples = [Samples() for _ in signals]
         self._connection = connection
         self._signals = signals
-        self._typestore = connection.typestore
+        _ = connection.typestore  # raises, if it must, before there are messages
         self._plans: list[_Plan] = []
 
     def add(self, batch: Batch) -> None:
@@ -93,8 +93,6 @@ class Gatherer:
         InputError
             A message is damaged, or cannot hold a signal.
         """
-        if self._connection.encoding != CDR:
-            batch = Batch.of([(c, t, c.serialised(data)) for c, t, data in batch])
         count = batch.starts.size
         stamps = [np.empty(count, dtype=np.int64) for _ in self._signals]
         values = [np.empty(count) for _ in self._signals]
@@ -139,10 +137,10 @@ class Gatherer:
 
     def _learn(self, template: Bytes, logged: int) -> _Plan:
         """Find the signals in one message."""
-        data, msgtype = template.tobytes(), self._connection.msgtype
+        data = template.tobytes()
         try:
-            layout = Layout(data, msgtype, self._typestore)
-            message = self._typestore.deserialize_cdr(data[: layout.end], msgtype)
+            layout = self._connection.layout(data)
+            message = self._connection.deserialise(data)
         except Exception as error:  # a damaged message makes its parser raise almost anything
             reason = first_line(error)
             raise self._damaged(f"cannot be deserialised ({reason})", logged) from None
@@ -162,10 +160,9 @@ class Gatherer:
             else None
             for signal, place in zip(self._signals, places, strict=True)
         )
-        order = "<" if data[1] else ">"
         others = {str(frame) for frame in transforms(layout)}
         others.update(joint_names(layout))
-        return _Plan(template.copy(), layout.fixed, places, stamps, order, frozenset(others))
+        return _Plan(template.copy(), layout.fixed, places, stamps, layout.order, frozenset(others))
 
     def _damaged(self, reason: str, logged: int) -> InputError:
         topic = self._connection.topic

@@ -1,8 +1,8 @@
 """Where in the bytes of a message its numbers lie.
 
 ROS 2 messages are serialised as XCDR1 (OMG formal/02-06-51): numbers lie at multiples of their
-size, texts and sequences begin with their length. So messages of one type in which all of those
-lengths are equal have every number at the same place.
+size, texts and sequences begin with their length. ROS 1 does the same without alignment. So
+messages of one type in which all of those lengths are equal have every number at the same place.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.interfaces import Nodetype
 
-ENCAPSULATION = 4
+HEADER = "std_msgs/msg/Header"
+
+_ENCAPSULATION = 4
 """Bytes in front of a message that say how it is serialised; alignment counts from behind them."""
 
 _BIG_ENDIAN, _LITTLE_ENDIAN = b"\x00\x00", b"\x00\x01"
@@ -67,6 +69,8 @@ class Layout:
         Its type.
     typestore
         Of `rosbags`; knows the type.
+    is_ros1
+        Whether it is serialised as in ROS 1.
 
     Attributes
     ----------
@@ -74,6 +78,8 @@ class Layout:
         By dotted path, such as ``transforms[0].transform.translation.z``; an array is one entry.
     texts
         By dotted path; arrays of texts as lists.
+    order
+        Of the bytes of a number, as numpy writes it.
     end
         Bytes that the message has; a few more may follow.
     fixed
@@ -86,26 +92,29 @@ class Layout:
         The bytes are not such a message.
     """
 
-    def __init__(self, data: bytes, msgtype: str, typestore: Any) -> None:
-        if data[:2] not in (_BIG_ENDIAN, _LITTLE_ENDIAN):
+    def __init__(self, data: bytes, msgtype: str, typestore: Any, *, is_ros1: bool = False) -> None:
+        if not is_ros1 and data[:2] not in (_BIG_ENDIAN, _LITTLE_ENDIAN):
             raise ValueError(f"serialised in an unknown way ({data[:2].hex(' ') or 'no bytes'})")
         self.msgtype = msgtype
         self.numbers: dict[str, Numbers] = {}
         self.texts: dict[str, str | list[str]] = {}
         self._data = data
-        self._order = "<" if data[:2] == _LITTLE_ENDIAN else ">"
+        self.order = "<" if is_ros1 or data[:2] == _LITTLE_ENDIAN else ">"
         self._typestore = typestore
-        self._position = ENCAPSULATION
-        self._fixed = [[0, ENCAPSULATION]]
+        self._is_ros1 = is_ros1
+        self._position = 0 if is_ros1 else _ENCAPSULATION
+        self._fixed = [[0, self._position]]
         self._empty = 0
         self._struct(msgtype, "")
         self.end = self._position
         behind = len(data) - self.end
-        if behind > _PADDING + _PADDING_PER_EMPTY * self._empty:
+        if behind > (0 if is_ros1 else _PADDING + _PADDING_PER_EMPTY * self._empty):
             raise ValueError(f"{behind} bytes behind its end")
         self.fixed: npt.NDArray[np.int64] = np.array(self._fixed, dtype=np.int64)
 
     def _struct(self, msgtype: str, path: str) -> None:
+        if self._is_ros1 and msgtype == HEADER:
+            self._skip(4)  # a counter, which ROS 2 does not know
         for name, (node, description) in self._typestore.get_msgdef(msgtype).fields:
             inner = f"{path}.{name}" if path else name
             if node in (Nodetype.BASE, Nodetype.NAME):
@@ -138,7 +147,7 @@ class Layout:
         size = int(kind[1])
         if count != 0:  # an empty array is not aligned
             self._align(size)
-        self.numbers[path] = Numbers(self._position, self._order + kind, count)
+        self.numbers[path] = Numbers(self._position, self.order + kind, count)
         self._skip(size * (1 if count is None else count))
 
     def _text(self) -> str:
@@ -153,13 +162,14 @@ class Layout:
         start = self._position
         self._skip(4)
         self._fixed.append([start, self._position])
-        (length,) = struct.unpack_from(f"{self._order}I", self._data, start)
+        (length,) = struct.unpack_from(f"{self.order}I", self._data, start)
         if length > len(self._data):
             raise ValueError(f"{length} elements at byte {start}")
         return int(length)
 
     def _align(self, size: int) -> None:
-        self._position += -(self._position - ENCAPSULATION) % size
+        if not self._is_ros1:
+            self._position += -(self._position - _ENCAPSULATION) % size
 
     def _skip(self, size: int) -> None:
         self._position += size

@@ -18,15 +18,13 @@ from rosbags.typesys import (
 )
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.logs.layout import Layout
+from hma_gripper_sim.logs.layout import HEADER, Layout
 
 Bytes = npt.NDArray[np.uint8]
 Ints = npt.NDArray[np.int64]
 
 CDR, ROS1 = "cdr", "ros1"
 """How messages are serialised, in mcap's words."""
-
-_HEADER = "std_msgs/msg/Header"
 
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
@@ -86,20 +84,19 @@ class Connection:
                 reason = "its definition cannot be read"
         raise InputError(f"unknown type {self.msgtype!r}: {reason}", field=self.topic)
 
-    def serialised(self, data: bytes) -> bytes:
-        """Return a message as ROS 2 serialises it."""
-        if self.encoding == CDR:
-            return data
-        return bytes(self.typestore.ros1_to_cdr(data, self.msgtype))
+    def layout(self, data: bytes) -> Layout:
+        """Return what lies where in a message; raise `ValueError` if it is none."""
+        return Layout(data, self.msgtype, self.typestore, is_ros1=self.encoding == ROS1)
 
     def deserialise(self, data: bytes) -> Any:
         """Return a message as `rosbags` reads it; it raises many types where that is not one."""
-        store, serialised = self.typestore, self.serialised(data)
+        store = self.typestore
+        if self.encoding == ROS1:
+            return store.deserialize_cdr(store.ros1_to_cdr(data, self.msgtype), self.msgtype)
         try:
-            return store.deserialize_cdr(serialised, self.msgtype)
+            return store.deserialize_cdr(data, self.msgtype)
         except SerdeError:  # more may follow a message than rosbags puts up with
-            layout = Layout(serialised, self.msgtype, store)
-            return store.deserialize_cdr(serialised[: layout.end], self.msgtype)
+            return store.deserialize_cdr(data[: self.layout(data).end], self.msgtype)
 
 
 @cache
@@ -116,10 +113,10 @@ def _typestore(msgtype: str, definition: str, is_idl: bool, is_ros1: bool) -> An
             types.update(get_types_from_idl(text))
     else:
         types.update(get_types_from_msg(definition, msgtype))
-    if is_ros1 and _HEADER in types:
-        constants, fields = types[_HEADER]
+    if is_ros1 and HEADER in types:
+        constants, fields = types[HEADER]
         # rosbags drops the counter on the way to ROS 2, which has none
-        types[_HEADER] = constants, [entry for entry in fields if entry[0] != "seq"]
+        types[HEADER] = constants, [entry for entry in fields if entry[0] != "seq"]
     store = get_typestore(Stores.EMPTY)
     store.register(types)
     store.get_msgdef(msgtype)
