@@ -18,6 +18,9 @@ from rosbags.interfaces import Nodetype
 
 HEADER = "std_msgs/msg/Header"
 
+_PLACEHOLDER = "structure_needs_at_least_one_member"
+"""Of a type without fields in ROS 2; in ROS 1 it has none."""
+
 _ENCAPSULATION = 4
 """Bytes in front of a message that say how it is serialised; alignment counts from behind them."""
 
@@ -116,6 +119,8 @@ class Layout:
         if self._is_ros1 and msgtype == HEADER:
             self._skip(4)  # a counter, which ROS 2 does not know
         for name, (node, description) in self._typestore.get_msgdef(msgtype).fields:
+            if self._is_ros1 and name == _PLACEHOLDER:
+                continue
             inner = f"{path}.{name}" if path else name
             if node in (Nodetype.BASE, Nodetype.NAME):
                 self._single(node, description, inner)

@@ -60,14 +60,17 @@ def _value(description: Any, random: np.random.Generator) -> Any:
     return values
 
 
-@pytest.mark.parametrize("little_endian", [True, False])
+@pytest.mark.parametrize("way", ["little endian", "big endian", "ROS 1"])
 @pytest.mark.parametrize("msgtype", [name for name in TYPES if name in STORE.fielddefs])
-def test_every_number_is_where_rosbags_reads_it(msgtype: str, little_endian: bool) -> None:
+def test_every_number_is_where_rosbags_reads_it(msgtype: str, way: str) -> None:
     for seed in range(10):
         message = made_up(msgtype, np.random.default_rng(seed))
-        data = bytes(STORE.serialize_cdr(message, msgtype, little_endian=little_endian))
-        layout = Layout(data, msgtype, STORE)
+        data = bytes(STORE.serialize_cdr(message, msgtype, little_endian=way != "big endian"))
         decoded = STORE.deserialize_cdr(data, msgtype)
+        if way == "ROS 1":
+            data = bytes(STORE.cdr_to_ros1(data, msgtype))
+        layout = Layout(data, msgtype, STORE, is_ros1=way == "ROS 1")
+        assert layout.end == len(data)
         for path, (offset, kind, count) in layout.numbers.items():
             ours = np.frombuffer(
                 data, dtype=kind, count=1 if count is None else count, offset=offset
