@@ -83,7 +83,8 @@ def test_every_number_is_where_rosbags_reads_it(msgtype: str, way: str) -> None:
         for path, text in layout.texts.items():
             assert text == follow(decoded, path)
         texts = [text for text in layout.texts.values() if text != []]
-        assert len(layout.numbers) + len(texts) == sum(1 for _ in _leaves(decoded))
+        if msgtype != "std_msgs/msg/Empty":  # has one byte in ROS 2, and none in ROS 1
+            assert len(layout.numbers) + len(texts) == sum(1 for _ in _leaves(decoded))
 
 
 def _leaves(value: Any) -> Iterator[Any]:
