@@ -15,6 +15,14 @@ import pytest
 import rosbags.rosbag1
 import yaml
 from mcap.writer import CompressionType
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -113,19 +121,38 @@ def serialised(message: Any) -> bytes:
     return bytes(STORE.serialize_cdr(message, message.__msgtype__))
 
 
+_QOS = Qos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.VOLATILE,
+    QosTime(0, 0),
+    QosTime(0, 0),
+    QosLiveliness.AUTOMATIC,
+    QosTime(0, 0),
+    False,
+)
+
+
 def by_rosbags(
     folder: Path,
     entries: Sequence[Entry],
     plugin: StoragePlugin = StoragePlugin.MCAP,
     compression: CompressionMode = CompressionMode.NONE,
+    publishers: int = 1,
 ) -> Path:
-    """A rosbag2 directory."""
+    """A rosbag2 directory, recorded from so many publishers of each topic."""
     path = folder / "bag"
     writer = Writer(path, version=9, storage_plugin=plugin)
     writer.set_compression(compression, CompressionFormat.ZSTD)
     with writer:
         connections = {
-            topic: writer.add_connection(topic.name, topic.msgtype, typestore=STORE)
+            topic: writer.add_connection(
+                topic.name,
+                topic.msgtype,
+                typestore=STORE,
+                offered_qos_profiles=[_QOS] * publishers,
+            )
             for topic in dict.fromkeys(topic for topic, _, _ in entries)
         }
         for topic, stamp, message in entries:
@@ -242,13 +269,17 @@ STORAGES: dict[str, Callable[[Path, Sequence[Entry]], Path]] = {
     ),
     "mcap without chunks": partial(store_by_mcap, use_chunking=False, enable_data_crcs=True),
     "mcap_ros2": by_mcap_ros2,
+    "rosbag2 mcap, two publishers": partial(by_rosbags, publishers=2),
+    "rosbag2 sqlite3, two publishers": partial(
+        by_rosbags, plugin=StoragePlugin.SQLITE3, publishers=2
+    ),
     "ROS 1": by_rosbags_as_ros1,
     "ROS 1, bz2": partial(by_rosbags_as_ros1, compression=_ROS1.BZ2),
     "ROS 1, lz4": partial(by_rosbags_as_ros1, compression=_ROS1.LZ4),
 }
 
 
-@pytest.fixture(params=STORAGES, ids=str)
+@pytest.fixture(params=[name for name in STORAGES if "two publishers" not in name], ids=str)
 def stored_log(request: pytest.FixtureRequest, entries: list[Entry], tmp_path: Path) -> Path:
     """A log of five ticks, in every way that logs are stored."""
     return STORAGES[request.param](tmp_path, entries)

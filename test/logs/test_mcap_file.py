@@ -18,6 +18,7 @@ from mcap.writer import CompressionType
 from hma_gripper_sim import InputError
 from hma_gripper_sim.logs.reader import read_messages, read_recording
 from hma_gripper_sim.logs.recording import Recording
+from hma_gripper_sim.logs.signal_map import SignalMap
 
 MAGIC = b"\x89MCAP0\r\n"
 WRENCH = "/hma_gripper_sim/actuator_wrench"
@@ -227,6 +228,29 @@ def test_messages_of_ros_1_in_an_mcap_file_are_read(
     recording = read_recording(path)
     assert recording["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
     assert recording.notes[0] == "its mcap profile is 'ros1', not 'ros2'"
+
+
+def test_two_channels_of_one_topic_are_refused(
+    tmp_path: Path, make_ticks: Callable[[int], list[Any]], serialise: Callable[[Any], bytes]
+) -> None:
+    path = tmp_path / "two.mcap"
+    wrenches = [entry for entry in make_ticks(6) if entry[0].name == WRENCH]
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file)
+        writer.start(profile="ros2")
+        # without a definition: the type is one that everybody knows
+        schema = writer.register_schema(wrenches[0][0].msgtype, "", b"")
+        channels = [writer.register_channel(WRENCH, "cdr", schema) for _ in range(2)]
+        for index, (_, stamp, message) in enumerate(wrenches):
+            writer.add_message(channels[index % 2], stamp, serialise(message), stamp)
+        writer.finish()
+    entry = {"topic": WRENCH, "field": "wrench.force.z"}
+    with pytest.raises(InputError, match=r"2 publishers \('1', '2'\); 'publisher: NAME'"):
+        read_recording(path, SignalMap.from_mapping({"actuator_force": entry}))
+    chosen = SignalMap.from_mapping({"actuator_force": {**entry, "publisher": 2}})
+    assert read_recording(path, chosen)["actuator_force"].value.tolist() == [0.375, 0.125, -0.125]
+    both = SignalMap.from_mapping({"actuator_force": {**entry, "publisher": "any"}})
+    assert read_recording(path, both)["actuator_force"].value.size == 6
 
 
 def test_bytes_behind_the_end_do_not_matter(write: Write) -> None:

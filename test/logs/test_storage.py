@@ -153,3 +153,17 @@ def test_bad_metadata_is_named(
     with pytest.raises(InputError, match=reason) as caught:
         read_recording(path)
     assert str(path) in str(caught.value.source)
+
+
+@pytest.mark.parametrize("plugin", ["mcap", "sqlite3"])
+def test_topic_that_rosbag2_recorded_from_two_publishers_is_refused(
+    plugin: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """Its profiles of quality of service say so. The joints of joint states tell theirs apart."""
+    path = storages[f"rosbag2 {plugin}, two publishers"](tmp_path, entries)
+    reason = "actuator_force: 2 publishers, which the recorder did not tell apart"
+    with pytest.raises(InputError, match=reason) as caught:
+        read_recording(path)
+    assert caught.value.field == "/hma_gripper_sim/actuator_wrench"
+    joints = SignalMap.from_mapping({"phi_left": LOGGED_PHI})
+    assert read_recording(path, joints)["phi_left"].value.size == 5
