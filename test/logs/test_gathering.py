@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from hma_gripper_sim import InputError
+from hma_gripper_sim import InputError, config_directory
 from hma_gripper_sim.logs.reader import read_messages, read_recording
 from hma_gripper_sim.logs.signal_map import SignalMap
 from hma_gripper_sim.logs.topics import Topic
@@ -194,3 +194,48 @@ def test_message_that_is_too_short_for_its_type_is_named(by_mcap: Write) -> None
     with pytest.raises(InputError, match=reason) as caught:
         read_recording(path, MAP)
     assert caught.value.field == "/phi"
+
+
+def arm(count: int) -> list[tuple[Topic, int, Any]]:
+    """What the shipped example of an arm is for: at rest for 0.5 s, then 4 mm/s down."""
+    random = np.random.default_rng(1)
+    commands = Topic("/lift_controller/commands", "std_msgs/msg/Float64MultiArray")
+    wrist = Topic("/wrist_ft_sensor/wrench", WRENCH.msgtype)
+    left = Topic("/vision/phi_left", "std_msgs/msg/Float64")
+    right = Topic("/vision/angles", JOINTS.msgtype)
+    vector, layout = T["geometry_msgs/msg/Vector3"], T["std_msgs/msg/MultiArrayLayout"]([], 0)
+    entries = []
+    for i in range(count):
+        stamp, down = START + i * 10_000_000, max(0, i - 50) * 4e-5
+        tool = transform(stamp, "base_link", "tool0", random)
+        tool.transform.translation.z = 0.75 - down
+        wrench = T["geometry_msgs/msg/Wrench"](vector(1.0, 2.0, 3.0 - 10.0 * down), vector(0, 0, 0))
+        angles = joint_state(stamp, ["other", "phi_right"], random, "camera")
+        angles.position[:] = 9.0, 1.7 + down
+        for topic, message in (
+            (TF, T[TF.msgtype]([transform(stamp, "world", "base_link", random), tool])),
+            (commands, T[commands.msgtype](layout, np.array([0.004 if i >= 50 else 0.0]))),
+            (wrist, T[wrist.msgtype](header(stamp, "wrist"), wrench)),
+            (left, T[left.msgtype](97.0 + 1000.0 * down)),
+            (right, angles),
+        ):
+            entries.append((topic, stamp + 3_000_000, message))  # logged a little later
+    return entries
+
+
+def test_shipped_map_of_an_arm_reads_its_log_in_si_units(by_mcap: Write) -> None:
+    path = config_directory() / "signal_maps" / "robot_arm.yaml"
+    recording = read_recording(by_mcap(arm(100)), SignalMap.from_yaml(path))
+    down = np.maximum(0.0, np.arange(100) - 50) * 4e-5
+    for name, value in {
+        "travel": down,
+        "velocity_command": np.where(np.arange(100) >= 50, 0.004, 0.0),
+        "actuator_force": 10.0 * down - 0.0444,
+        "phi_left": np.radians(97.0 + 1000.0 * down),
+        "phi_right": 1.7 + down,
+    }.items():
+        np.testing.assert_allclose(recording[name].value, value, rtol=1e-12, atol=1e-12)
+    assert recording.start == START
+    for name, begin in {"travel": 0.0, "actuator_force": 0.0, "phi_left": 0.003}.items():
+        assert recording[name].time[0] == pytest.approx(begin, abs=1e-12)
+    assert recording.notes == ()
