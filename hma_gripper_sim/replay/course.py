@@ -130,8 +130,8 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
     if moved:
         most = int(np.abs(ticks - logged).max())
         notes.append(
-            f"the measured travel shows that {moved} of {len(ticks)} commands were taken earlier or "
-            f"later than they were logged, by up to {most} tick{'s' if most > 1 else ''}"
+            f"the measured travel shows that {moved} of {len(ticks)} commands were taken earlier "
+            f"or later than they were logged, by up to {most} tick{'s' if most > 1 else ''}"
         )
     taken = np.full(count, np.nan)
     taken[ticks] = values
