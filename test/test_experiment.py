@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ import yaml
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, RoundedBox, config_directory
 from hma_gripper_sim.experiment import Experiment, Measurement, Segment
-from hma_gripper_sim.experiment_file import read_experiment
+from hma_gripper_sim.experiment_file import is_experiment, read_experiment
 
 FILES = sorted((config_directory() / "experiments").glob("*.yaml"))
 
@@ -208,3 +210,74 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
             read_experiment(path)
         assert caught.value.source == str(path)
         assert "\n" not in str(caught.value)
+
+
+LOGGED = """
+title: A cup
+source: made up
+scene:
+  contour: {name: cup, type: circle, radius: 12 mm}
+  clearance: 3 mm
+  friction: 0.8
+  contact: continuous
+  design: ours.yaml
+log:
+  path: logs/cup.mcap
+  signals: maps/arm.yaml
+  uncertainty: {phi_left: 0.5 deg, actuator_force: 5 mN}
+"""
+
+
+def test_an_experiment_with_a_log_and_a_design_of_its_own(tmp_path: Path) -> None:
+    """Paths are relative to the file; nothing has to be measured at instants."""
+    design = replace(GripperDesign.thesis_2013(), width=0.005)
+    design.to_yaml(tmp_path / "ours.yaml")
+    (tmp_path / "maps").mkdir()
+    shutil.copy(config_directory() / "signal_maps" / "robot_arm.yaml", tmp_path / "maps/arm.yaml")
+    file = tmp_path / "cup.yaml"
+    file.write_text(LOGGED)
+    experiment = read_experiment(file)
+    assert experiment.scene().design.width == 0.005
+    assert experiment.motion == experiment.measurements == ()
+    assert experiment.log is not None
+    assert experiment.log.path == tmp_path / "logs" / "cup.mcap"
+    assert experiment.log.uncertainties == {
+        "phi_left": pytest.approx(math.radians(0.5)),
+        "actuator_force": pytest.approx(0.005),
+    }
+    signal_map = experiment.log.signal_map
+    assert signal_map is not None
+    assert "travel" in [signal.name for signal in signal_map.signals]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ("path: logs/cup.mcap", "file: logs/cup.mcap", "log.file"),
+        ("signals: maps/arm.yaml", "signals: {speed: {}}", "log.signals.speed"),
+        ("phi_left: 0.5 deg", "phi_left: 0 deg", "log.uncertainty.phi_left"),
+        ("phi_left: 0.5 deg", "speed: 0.5", "log.uncertainty.speed"),
+        ("log:", "measured: {}\nlog:", "measured"),
+        ("log:\n  path", "motion:\nlog:\n  path", "motion"),
+    ],
+)
+def test_bad_logs_of_experiments_are_named(tmp_path: Path, old: str, new: str, field: str) -> None:
+    text = LOGGED.replace("  design: ours.yaml\n", "").replace("  signals: maps/arm.yaml\n", "")
+    file = tmp_path / "cup.yaml"
+    text = text if old in text else LOGGED.replace("  design: ours.yaml\n", "")
+    file.write_text(text.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_experiment(file)
+    assert caught.value.field == field
+    assert caught.value.source == str(file)
+
+
+def test_a_name_is_that_of_a_shipped_experiment_unless_there_is_such_a_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert is_experiment("thesis_2013_box")
+    assert read_experiment("thesis_2013_box") == shipped("box")
+    (tmp_path / "thesis_2013_box").mkdir()
+    assert not is_experiment("thesis_2013_box")
+    assert not is_experiment(tmp_path / "thesis_2013_cylinder")

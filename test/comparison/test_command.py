@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from hma_gripper_sim import config_directory
 from hma_gripper_sim.cli import cli
 from hma_gripper_sim.comparison.comparing import compare_files
 from hma_gripper_sim.comparison.page import html_page
@@ -132,3 +133,28 @@ def test_an_experiment_gives_the_row_of_table_5_3(write_log: WriteLog, tmp_path:
     assert row["relative_error"] == pytest.approx((average - row["simulated"]) / average)
     assert "112.1°" in result.output
     assert "112.1°" in page.read_text()
+
+
+def test_an_experiment_with_a_log_is_compared_with_that(
+    write_log: WriteLog, tmp_path: Path
+) -> None:
+    """Over time; and what it states at instants besides."""
+    text = (config_directory() / "experiments" / "thesis_2013_box.yaml").read_text()
+    write_log("real")
+    (tmp_path / "box.yaml").write_text(f"{text}\nlog: {{path: real}}\n")
+    result = compare_files(write_log("sim", phi_offset=0.01), tmp_path / "box.yaml")
+    bias = {signal.name: signal.overall.bias for signal in result.signals}
+    assert bias["phi_mean"] == pytest.approx(0.01)
+    assert bias["actuator_force"] == 0.0
+    assert len(result.angles) == 1
+    assert result.criteria
+    page = html_page(result)
+    assert page.count("data:image/png") == 2
+    assert page.count("data:image/svg+xml") == len(result.signals)
+
+
+def test_a_plan_is_nothing_to_compare_with(write_log: WriteLog) -> None:
+    plan = Path(__file__).parents[1] / "data" / "golden" / "hold.yaml"
+    result = run(write_log("log"), plan)
+    assert result.exit_code == 2
+    assert "only planned" in result.stderr

@@ -7,14 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import Simulation
 from hma_gripper_sim.drive import Drive
 from hma_gripper_sim.logs.reader import read_messages, read_recording
-from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, JOINT_STATES, STAMPED_TOPICS
+from hma_gripper_sim.logs.topics import (
+    ACTUATOR_WRENCH,
+    CMD_VELOCITY,
+    CONTOUR,
+    JOINT_STATES,
+    STAMPED_TOPICS,
+)
 from hma_gripper_sim.outcome import Outcome, SimulationError
 from hma_gripper_sim.replay import replaying
-from hma_gripper_sim.replay.course import Course, commanded
+from hma_gripper_sim.replay.course import Course, commanded, measured
 from hma_gripper_sim.replay.parameters import Parameters, logged_parameters
 from hma_gripper_sim.replay.replaying import Replay, replay
 
@@ -141,8 +151,6 @@ def test_a_replay_that_starts_pressed_on_the_object_comes_down_first(
     late = replaying.Recording(
         "late", {"travel": replaying.Series(time, travel.value[half:])}, result.recording.start
     )
-    from hma_gripper_sim.replay.course import measured
-
     got = replay(measured(late, 1e-6), parameters, tmp_path / "log", PERIOD_NS).recording
     rows = slice(100, len(got["phi_left"].value))  # after a second
     expected = result.recording["phi_left"].value[half:][rows]
@@ -168,3 +176,21 @@ def test_a_failure_names_its_time_and_leaves_what_came_before(
         with pytest.raises(SimulationError, match="t = 3 s"):
             replay(course, parameters, tmp_path / "log", PERIOD_NS)
     assert read_recording(tmp_path / "log")["travel"].time[-1] == pytest.approx(3.0)
+
+
+def test_other_libraries_read_the_log(replayed: tuple[Path, Replay]) -> None:
+    """rosbags and mcap_ros2, through zstd chunks; the same numbers."""
+    path, result = replayed
+    force = {"rosbags": [], "mcap_ros2": []}
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with AnyReader([path], default_typestore=store) as reader:
+        connections = [c for c in reader.connections if c.topic == ACTUATOR_WRENCH.name]
+        for connection, _, data in reader.messages(connections):
+            message = reader.deserialize(data, connection.msgtype)
+            force["rosbags"].append(message.wrench.force.z)
+    with (path / "log.mcap").open("rb") as file:
+        decoder = make_reader(file, decoder_factories=[DecoderFactory()])
+        for *_, message in decoder.iter_decoded_messages(topics=[ACTUATOR_WRENCH.name]):
+            force["mcap_ros2"].append(message.wrench.force.z)
+    for values in force.values():
+        assert np.array_equal(values, result.recording["actuator_force"].value)
