@@ -14,9 +14,9 @@ PHASES = ("approach", "enveloping", "hold", "lift")
 APPROACH, ENVELOPING, HOLD, LIFT, NONE = 0, 1, 2, 3, -1
 
 DEFINITION = (
-    "Touch: the travel at which, on the first way down, the force leaves its free value by more "
-    "than 5 % of its range (and 5 times its free scatter). Approach: moving down, above touch. "
-    "Enveloping: moving down, below touch. Hold: at rest below touch. Lift: moving up. Moving: "
+    "Touch: the travel at which, on the first way down, the force leaves its free value (of the "
+    "first tenth of the stroke) by more than 5 % of its range and 5 times its free scatter. "
+    "Approach: moving down, above touch. Enveloping: moving down, below touch. Hold: at rest below touch. Lift: moving up. Moving: "
     "faster than 10 % of the largest speed, over 0.1 s."
 )
 
@@ -25,8 +25,8 @@ WITHOUT_FORCE = " There is no force to find the touch by: all of the way down is
 _WINDOW = 0.1
 _MOVING = 0.1
 _TOUCHED, _SCATTER = 0.05, 5.0
-_FREE = 0.1
-"""Share of the first way down that is taken to be free of contact."""
+_FREE, _DOWN = 0.1, 0.9
+"""Shares of the stroke: up to where it is taken to be free of contact, and where the way ends."""
 
 _SPACING = 0.01
 
@@ -91,7 +91,7 @@ def find_phases(travel: Series, force: Series | None) -> Phases:
     rate = (later - earlier) / elapsed
     threshold = _MOVING * float(np.abs(rate).max())
     down, up = rate > threshold, rate < -threshold
-    touch = None if force is None else _touch(time, position, down, force)
+    touch = None if force is None else _touch(time, position, force)
     phase = np.full(count, NONE, dtype=np.int8)
     below = position >= (np.inf if touch is None else touch)
     phase[down] = APPROACH
@@ -101,17 +101,13 @@ def find_phases(travel: Series, force: Series | None) -> Phases:
     return Phases(time, phase, touch)
 
 
-def _touch(
-    time: FloatArray, position: FloatArray, down: npt.NDArray[np.bool_], force: Series
-) -> float | None:
+def _touch(time: FloatArray, position: FloatArray, force: Series) -> float | None:
     """Travel at which the force first leaves its free value; None if it never does."""
-    if not down.any():
-        return None
-    first = int(np.argmax(down))
-    stroke = first + int(np.argmin(np.append(down[first:], False)))
-    value = np.interp(time[first:stroke], force.time, force.value)
-    free = value[: max(2, int(_FREE * len(value)))]
+    above, deepest = float(position[0]), float(position.max())
+    down = position[: 1 + int(np.argmax(position >= above + _DOWN * (deepest - above)))]
+    value = np.interp(time[: len(down)], force.time, force.value)
+    free = value[down <= above + _FREE * (deepest - above)]
     level, scatter = float(np.median(free)), float(np.std(free))
-    range_ = float(np.ptp(force.value))
-    left = np.abs(value - level) > max(_TOUCHED * range_, _SCATTER * scatter)
-    return float(position[first + int(np.argmax(left))]) if left.any() else None
+    threshold = max(_TOUCHED * float(np.ptp(force.value)), _SCATTER * scatter)
+    left = np.abs(value - level) > threshold
+    return float(down[int(np.argmax(left))]) if left.any() else None

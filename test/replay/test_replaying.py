@@ -20,6 +20,7 @@ from hma_gripper_sim.logs.topics import (
     CMD_VELOCITY,
     CONTOUR,
     JOINT_STATES,
+    PHI,
     STAMPED_TOPICS,
 )
 from hma_gripper_sim.outcome import Outcome, SimulationError
@@ -194,3 +195,28 @@ def test_other_libraries_read_the_log(replayed: tuple[Path, Replay]) -> None:
             force["mcap_ros2"].append(message.wrench.force.z)
     for values in force.values():
         assert np.array_equal(values, result.recording["actuator_force"].value)
+
+
+def test_left_is_left(course: Course, parameters: Parameters, tmp_path: Path) -> None:
+    """An object to the right of the axis spreads the right beam first; also in the messages."""
+    aside = Parameters.parse({**parameters.given, "offset": 0.002})
+    result = replay(course, aside, tmp_path / "log", PERIOD_NS).recording
+    read = read_recording(tmp_path / "log")
+    for side in ("phi_left", "phi_right"):
+        assert np.array_equal(read[side].value, result[side].value)
+    half = len(result["phi_left"].value) // 3
+    assert result["phi_right"].value[half] > result["phi_left"].value[half] + np.radians(1.0)
+    state = next(m for m in read_messages(tmp_path / "log", [PHI.name]) if m.stamp == 10**9)
+    assert list(state.content.name) == ["phi_left", "phi_right"]
+
+
+def test_a_command_stands_after_the_tick_that_was_seen_when_it_was_sent(
+    replayed: tuple[Path, Replay],
+) -> None:
+    path, _ = replayed
+    newest = -1
+    for message in read_messages(path, [JOINT_STATES.name, CMD_VELOCITY.name]):
+        if message.topic == JOINT_STATES.name:
+            newest = message.stamp
+        else:
+            assert message.stamp == newest
