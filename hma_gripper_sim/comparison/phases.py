@@ -16,8 +16,8 @@ APPROACH, ENVELOPING, HOLD, LIFT, NONE = 0, 1, 2, 3, -1
 DEFINITION = (
     "Touch: the travel at which, on the first way down, the force leaves its free value (of the "
     "first tenth of the stroke) by more than 5 % of its range and 5 times its free scatter. "
-    "Approach: moving down, above touch. Enveloping: moving down, below touch. Hold: at rest below touch. Lift: moving up. Moving: "
-    "faster than 10 % of the largest speed, over 0.1 s."
+    "Approach: moving down, above touch. Enveloping: moving down, below touch. Hold: at rest "
+    "below touch. Lift: moving up. Moving: faster than 10 % of the largest speed, over 0.1 s."
 )
 
 WITHOUT_FORCE = " There is no force to find the touch by: all of the way down is approach."
