@@ -20,15 +20,15 @@ def node_parameters(experiments: Sequence[Experiment]) -> dict[str, Any]:
     Returns
     -------
     dict
-        By parameter name, ``contours`` nested; the first experiment's object is in place.
+        By parameter name, ``contours`` nested; the first experiment's object is in place. Where a
+        motion is stated, the drive goes no deeper and no faster.
     """
     depths = [travel for experiment in experiments for _, travel in experiment.way_points]
     speeds = [abs(s.velocity) for experiment in experiments for s in experiment.motion]
     first = experiments[0]
+    limits = {"travel_max": max(depths), "max_velocity": max(speeds)} if speeds else {}
     return {
-        # The drive stops exactly at the deepest point, however late a reversal is commanded.
-        "travel_max": max(depths),
-        "max_velocity": max(speeds),
+        **limits,
         "friction": first.friction,
         "contact": first.contact,
         "contour": first.contour_name,

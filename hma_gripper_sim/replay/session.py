@@ -135,8 +135,6 @@ def _parameters(
 ) -> Parameters:
     if experiment is not None:
         given = flat(node_parameters([experiment]))
-        if not experiment.motion:
-            given = {k: v for k, v in given.items() if k not in ("travel_max", "max_velocity")}
     else:
         given = logged_parameters(request.source)
         if "contour" not in {**given, **request.options}:

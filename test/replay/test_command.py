@@ -91,6 +91,26 @@ def test_an_experiment_is_carried_out_and_gives_table_5_3(run: Run, tmp_path: Pa
         assert cell in shown.output
 
 
+def test_the_log_of_an_experiment_is_replayed_in_its_scene(
+    run: Run, replayed: tuple[Path, Replay], tmp_path: Path
+) -> None:
+    """The file says what was gripped, and that the log was made with another friction."""
+    file = tmp_path / "cup.yaml"
+    file.write_text(
+        "{title: Cup, source: S, scene: {contour: {name: cup, type: circle, radius: 15 mm},"
+        f" clearance: 5 mm, friction: 0.5, contact: continuous}}, log: {{path: {replayed[0]}}}}}"
+    )
+    shown = run(file, "--from", "travel")
+    assert shown.exit_code == 0, shown.output
+    assert "'cup', friction 0.5, following the measured travel" in shown.output
+    force = result_of(tmp_path)["signals"]["actuator_force"]
+    assert 0.05 < force["overall"]["relative"] < 0.5
+    shutil.rmtree(tmp_path / "again")
+    options = ("--friction=0.6", "--set=elements_top=2", "--set=elements_beam=8")
+    shown = run(file, "--set=discretisation=midpoint", *options, "--max-error", "force=1%")
+    assert shown.exit_code == 0, shown.output
+
+
 def foreign(path: Path, replayed: Path) -> Path:
     """The same messages, from someone who says nothing about what was gripped."""
     shutil.copytree(replayed, path)
