@@ -26,6 +26,7 @@ VELOCITY = 0.01  # m/s
 HALF_CYCLE = 1.2  # s; 12 mm down, onto the object, and up again
 COMMAND_PERIOD = 0.05  # s
 LARGEST_RATE_ERROR = 1e-3
+STALL = 0.1  # s; the lag that the node gives up
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 PAGE = os.sysconf("SC_PAGE_SIZE")
 
@@ -127,6 +128,18 @@ def flood(rate: float, duration: float, sent: Any) -> None:
     rclpy.try_shutdown()
 
 
+def idle(duration: float, stalls: Any, longest: Any) -> None:
+    """Count how often a process that only sleeps is held up for as long as an overrun [s]."""
+    end = last = time.monotonic()
+    end += duration
+    while last < end:
+        time.sleep(1e-3)
+        now = time.monotonic()
+        longest.value = max(longest.value, now - last)
+        stalls.value += now - last > STALL
+        last = now
+
+
 def measure(
     rate: float, duration: float, factor: float, flood_rate: float, folder: Path
 ) -> dict[str, float]:
@@ -148,9 +161,12 @@ def measure(
             overruns, cpu, begin = listener.overruns, cpu_seconds(node.pid), time.monotonic()
             processes = multiprocessing.get_context("spawn")
             sent = processes.Value("q", 0)
-            flooding = processes.Process(target=flood, args=(flood_rate, duration, sent))
+            stalls, longest = processes.Value("q", 0), processes.Value("d", 0.0)
+            beside = [processes.Process(target=idle, args=(duration, stalls, longest))]
             if flood_rate:
-                flooding.start()
+                beside.append(processes.Process(target=flood, args=(flood_rate, duration, sent)))
+            for process in beside:
+                process.start()
             memory = []
             while (now := time.monotonic()) < begin + duration:
                 memory.append((now - begin, resident(node.pid)))
@@ -165,8 +181,11 @@ def measure(
                 "memory of the node [MB]": memory[-1][1] / 1e6,
                 "memory slope [kB/min]": memory_slope(memory),
             }
+            for process in beside:
+                process.join()
+            figures["stalls of an idle process"] = stalls.value
+            figures["longest stall of an idle process [ms]"] = 1e3 * longest.value
             if flood_rate:
-                flooding.join()
                 figures["commands sent [Hz]"] = sent.value / duration
             node.stop()
         return figures
@@ -181,7 +200,7 @@ def evaluate(times: np.ndarray, rate: float, factor: float) -> dict[str, float]:
     steps = np.diff(stamps)
     figures: dict[str, float] = {
         "messages": len(stamps),
-        "lost": int((np.maximum(steps // period, 1) - 1).sum()),
+        "lost": int((np.maximum(steps // period, 1) - 1).sum()),  # in overruns, or on the way
         "stamps off the grid": int((steps % period != 0).sum()),
         "stamps not increasing": int((steps <= 0).sum()),
     }
