@@ -206,8 +206,7 @@ def _record(
 
 def _metadata(parameters: dict[str, Any], experiment: Experiment) -> dict[str, str]:
     """Return what is simulated in one experiment, for its log to say: a replay needs no more."""
-    others = {name: value for name, value in parameters.items() if name != "real_time_factor"}
-    return metadata(flat({**others, "contour": experiment.contour_name}))
+    return metadata(flat({**parameters, "contour": experiment.contour_name}))
 
 
 def _pick_up(

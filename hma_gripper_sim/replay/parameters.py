@@ -112,11 +112,7 @@ def catalogue() -> dict[str, object]:
 
 def logged_parameters(path: str | Path) -> dict[str, object]:
     """Return what the log at `path` says that it was simulated with; empty if it does not say."""
-    metadata = Path(path) / "metadata.yaml"
-    if not metadata.is_file():
-        return {}
-    information = read_yaml(metadata).get("rosbag2_bagfile_information") or {}
-    text = (information.get("custom_data") or {}).get(PARAMETERS_KEY)
+    text = (_information(path).get("custom_data") or {}).get(PARAMETERS_KEY)
     if text is None:
         return {}
     try:
@@ -124,13 +120,32 @@ def logged_parameters(path: str | Path) -> dict[str, object]:
     except ValueError:
         given = None
     if not isinstance(given, dict):
-        raise InputError("is no JSON mapping", field=PARAMETERS_KEY, source=str(metadata))
+        raise InputError("is no JSON mapping", field=PARAMETERS_KEY, source=str(path))
     return given
 
 
+def counted_messages(path: str | Path, topic: str) -> int | None:
+    """Return how many messages of a topic a log's metadata count; None if they do not say."""
+    for entry in _information(path).get("topics_with_message_count") or ():
+        if entry["topic_metadata"]["name"] == topic:
+            return int(entry["message_count"])
+    return None
+
+
+def _information(path: str | Path) -> dict[str, Any]:
+    metadata = Path(path) / "metadata.yaml"
+    if not metadata.is_file():
+        return {}
+    return read_yaml(metadata).get("rosbag2_bagfile_information") or {}
+
+
 def metadata(given: Mapping[str, object]) -> dict[str, str]:
-    """Return parameters as `logged_parameters` finds them in a log's metadata again."""
-    return {PARAMETERS_KEY: json.dumps(dict(given), sort_keys=True)}
+    """Return parameters as `logged_parameters` finds them in a log's metadata again.
+
+    Those that mean nothing offline are left out; none at all is nothing to note.
+    """
+    kept = {name: value for name, value in given.items() if name not in _NO_EFFECT}
+    return {PARAMETERS_KEY: json.dumps(kept, sort_keys=True)} if kept else {}
 
 
 def contour_parameters(name_or_file: str) -> dict[str, object]:

@@ -27,7 +27,7 @@ from hma_gripper_sim.logs.signal_map import SignalMap
 from hma_gripper_sim.logs.topics import CONTOUR
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.replay.course import Course, commanded, measured, planned
-from hma_gripper_sim.replay.parameters import Parameters, flat, logged_parameters
+from hma_gripper_sim.replay.parameters import Parameters, counted_messages, flat, logged_parameters
 from hma_gripper_sim.replay.replaying import Replay
 from hma_gripper_sim.replay.replaying import replay as simulate_course
 
@@ -137,7 +137,8 @@ def _parameters(
         given = flat(node_parameters([experiment]))
     else:
         given = logged_parameters(request.source)
-        if "contour" not in {**given, **request.options}:
+        known = "contour" in given and counted_messages(request.source, CONTOUR.name) in (None, 1)
+        if not known and "contour" not in request.options:
             given |= _logged_contour(request.source, request.signal_map)
     if recording is not None and "publish_rate" not in given:
         given["publish_rate"] = _tick_rate(recording)

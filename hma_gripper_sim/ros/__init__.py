@@ -20,6 +20,7 @@ state_listener     what the client knows of the node
 motion_sender      what it sends to it
 own_node           ROS for programs that have no node
 parameter_file     a parameter file, read without ROS
+parameter_query    what is set on a running node
 recorder           listens to the node, and logs what it says
 recording_session  records until a signal, a duration or the node's end
 interface          writes down what the node offers: docs/ros_interface.md, SROS2 policy

@@ -16,6 +16,8 @@ from rclpy.signals import SignalHandlerOptions
 from hma_gripper_sim.logs.topics import JOINT_STATES, RECORDED_TOPICS, Topic
 from hma_gripper_sim.logs.writer import LogWriter
 from hma_gripper_sim.node_process import NodeError
+from hma_gripper_sim.replay.parameters import metadata
+from hma_gripper_sim.ros.parameter_query import ask_parameters
 from hma_gripper_sim.ros.recorder import Recorder
 
 FLUSH_PERIOD = 0.5
@@ -81,9 +83,13 @@ def record(
     InputError
         The log cannot be written.
     """
-    with _listening(node) as recorder:
+    with _listening(node) as (context, recorder):
         _await_node(recorder, node, patience)
-        with _ended_by_signals() as signals, LogWriter(path, _topics(node)) as log:
+        simulated = metadata(ask_parameters(context, node, patience))
+        with (
+            _ended_by_signals() as signals,
+            LogWriter(path, _topics(node), custom_data=simulated) as log,
+        ):
             recorder.start(log)
             begin, flushed = recorder.stamp, time.monotonic()
 
@@ -131,13 +137,13 @@ def _await_node(recorder: Recorder, node: str, patience: float) -> None:
 
 
 @contextmanager
-def _listening(node: str) -> Iterator[Recorder]:
+def _listening(node: str) -> Iterator[tuple[Context, Recorder]]:
     context = Context()
     # Without handlers of its own: until the log is open, Ctrl-C stays a KeyboardInterrupt.
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     recorder = Recorder(context, RECORDED_TOPICS, node)
     try:
-        yield recorder
+        yield context, recorder
     finally:
         recorder.close()
         rclpy.try_shutdown(context=context)

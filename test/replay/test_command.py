@@ -5,15 +5,21 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.cli import cli
 from hma_gripper_sim.logs.reader import read_recording
+from hma_gripper_sim.logs.topics import CONTOUR, STAMPED_TOPICS
+from hma_gripper_sim.logs.writer import LogWriter
+from hma_gripper_sim.replay.messages import contour_message
+from hma_gripper_sim.replay.parameters import logged_parameters, metadata
 from hma_gripper_sim.replay.replaying import Replay
 
 Run = Callable[..., Result]
@@ -111,6 +117,15 @@ def test_the_log_of_an_experiment_is_replayed_in_its_scene(
     assert shown.exit_code == 0, shown.output
 
 
+def raw_messages(log: Path) -> Iterator[tuple[str, int, bytes]]:
+    """Topic, stamp and bytes of the states and the object in a log."""
+    topics = {topic.name for topic in (*STAMPED_TOPICS, CONTOUR)}
+    with AnyReader([log], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, stamp, data in reader.messages():
+            if connection.topic in topics:
+                yield connection.topic, stamp, bytes(data)
+
+
 def foreign(path: Path, replayed: Path) -> Path:
     """The same messages, from someone who says nothing about what was gripped."""
     shutil.copytree(replayed, path)
@@ -129,6 +144,22 @@ def test_a_log_of_the_node_says_which_object_was_in_place(
     signals = result_of(tmp_path)["signals"]
     # 63 joints stand for the 2 + 8 elements of the log; the drive's own range is deeper.
     assert signals["phi_mean"]["overall"]["maximum"] < np.radians(0.5)
+
+
+def test_a_log_in_which_the_object_changes_is_refused(
+    run: Run, replayed: tuple[Path, Replay], tmp_path: Path
+) -> None:
+    """Unless one is named; the log's own metadata name the first."""
+    log = tmp_path / "changing"
+    parameters = logged_parameters(replayed[0])
+    with LogWriter(log, (*STAMPED_TOPICS, CONTOUR), custom_data=metadata(parameters)) as writer:
+        for topic, stamp, data in raw_messages(replayed[0]):
+            writer.write(topic, stamp, data)
+        writer.write(CONTOUR.name, 5 * 10**9, contour_message("box"))
+    shown = run(log)
+    assert shown.exit_code == 2
+    assert "several objects were in place (box, cylinder)" in shown.stderr
+    assert run(log, "--contour", "cylinder").exit_code == 0
 
 
 def test_commands_that_lead_elsewhere_are_pointed_out(
