@@ -79,6 +79,18 @@ def quantity(
     return number
 
 
+def typed_quantity(text: str, unit: str, **options: Any) -> float:
+    """Return a quantity that was typed on the command line; a bare number is in `unit`.
+
+    `options` are those of `quantity`, which also says what is raised.
+    """
+    try:
+        value: float | str = float(text)
+    except ValueError:
+        value = text
+    return quantity(value, unit, **options)
+
+
 def _as_float(value: Real) -> float:
     try:
         return float(value)

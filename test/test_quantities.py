@@ -15,6 +15,7 @@ from hma_gripper_sim.quantities import (
     quantity,
     read_yaml,
     refuse_unknown,
+    typed_quantity,
     whole_number,
 )
 
@@ -205,3 +206,11 @@ def test_input_error_is_seen_from_the_enclosing_section() -> None:
     assert str(outer) == "a.yaml: contours.box.width: must be finite"
     assert isinstance(outer, ValueError)
     assert str(InputError("no")) == "no"
+
+
+def test_what_is_typed_may_be_a_bare_number() -> None:
+    assert typed_quantity("2e-5", "m") == 2e-5
+    assert typed_quantity("20 um", "m") == pytest.approx(2e-5)
+    for text in ("20 s", "far", "nan", "-1"):
+        with pytest.raises(InputError, match="--gap"):
+            typed_quantity(text, "m", field="--gap", minimum=0.0)

@@ -71,9 +71,9 @@ def calibrate(
     from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
     from hma_gripper_sim.comparison.command import write_text
     from hma_gripper_sim.experiment_file import read_experiment
-    from hma_gripper_sim.quantities import quantity
+    from hma_gripper_sim.quantities import typed_quantity
 
-    tolerance = quantity(
+    tolerance = typed_quantity(
         travel_tolerance, "m", field="--travel-tolerance", minimum=0.0, exclusive=True
     )
     read = read_experiment(experiment)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.quantities import typed_quantity
 from hma_gripper_sim.scene import Scene
 
 
@@ -178,8 +178,8 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
     parameter = _parameter(name, "--bound")
     field = f"--bound {parameter.name}"
     lower, upper = (
-        quantity(
-            _number(end),
+        typed_quantity(
+            end,
             parameter.unit,
             field=field,
             minimum=parameter.minimum,
@@ -190,10 +190,3 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
     if lower >= upper:
         raise InputError("the first end must be the lower one", field=field)
     return parameter.name, (lower, upper)
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()

@@ -87,14 +87,14 @@ def compare(
     """
     from hma_gripper_sim.comparison.bounds import read_bound
     from hma_gripper_sim.comparison.comparing import compare_files
-    from hma_gripper_sim.quantities import quantity
+    from hma_gripper_sim.quantities import typed_quantity
 
     result = compare_files(
         simulated,
         experiment,
         signal_map=signal_map,
         method=align,
-        instants=[quantity(text, "s", field="--at") for text in map(_number, instants)],
+        instants=[typed_quantity(text, "s", field="--at") for text in instants],
         bounds=[read_bound(text) for text in max_errors],
     )
     show(result)
@@ -138,11 +138,3 @@ def write_text(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}", source=str(path)) from None
-
-
-def _number(text: str) -> str | float:
-    """Read a bare number as one: it is in SI units."""
-    try:
-        return float(text)
-    except ValueError:
-        return text

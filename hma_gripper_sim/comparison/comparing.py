@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from hma_gripper_sim.comparison.alignment import align_recordings
 from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
 from hma_gripper_sim.comparison.bounds import Bound, Verdict
@@ -176,7 +178,7 @@ def compare_recordings(
     """
     moved, alignment = align_recordings(simulated, experiment, method)
     phases = None
-    if "travel" in experiment.signals:
+    if "travel" in experiment.signals and np.ptp(experiment["travel"].time) > 0.0:
         phases = find_phases(experiment["travel"], experiment.signals.get("actuator_force"))
     signals = tuple(signal_errors(moved, experiment, phases, instants))
     if not signals:

@@ -25,7 +25,7 @@ from hma_gripper_sim.logs.reader import read_messages, read_recording
 from hma_gripper_sim.logs.recording import Recording
 from hma_gripper_sim.logs.signal_map import SignalMap
 from hma_gripper_sim.logs.topics import CONTOUR
-from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.quantities import typed_quantity
 from hma_gripper_sim.replay.course import Course, commanded, measured, planned
 from hma_gripper_sim.replay.parameters import Parameters, counted_messages, flat, logged_parameters
 from hma_gripper_sim.replay.replaying import Replay
@@ -88,14 +88,15 @@ def carry_out(request: Request) -> LogComparison | None:
     SimulationError
         The simulation could not go on.
     """
-    experiment, recording = _read(request)
-    parameters = _parameters(request, experiment, recording)
-    course = _course(request, experiment, recording, parameters)
-    period_ns = _sample_period(request, parameters)
-    console = Console()
-    began = time.perf_counter()
     with _progress() as progress:
+        reading = progress.add_task("reading", total=None)
+        experiment, recording = _read(request)
+        parameters = _parameters(request, experiment, recording)
+        course = _course(request, experiment, recording, parameters)
+        period_ns = _sample_period(request, parameters)
+        progress.update(reading, total=1, completed=1)
         task = progress.add_task("replaying", total=course.duration)
+        began = time.perf_counter()
         result = simulate_course(
             course,
             parameters,
@@ -103,7 +104,8 @@ def carry_out(request: Request) -> LogComparison | None:
             period_ns,
             lambda done: progress.update(task, completed=done),
         )
-    took = time.perf_counter() - began
+        took = time.perf_counter() - began
+    console = Console()
     said = (
         f"{course.duration:.6g} s of {parameters.contour!r}, friction "
         f"{parameters.scene.friction:g}, following {course.basis}: replayed in {took:.2g} s into "
@@ -187,7 +189,7 @@ def _course(
         basis = "commands" if "velocity_command" in recording.signals else "travel"
     if basis == "commands":
         return commanded(recording, parameters.limits, parameters.period_ns * 1e-9)
-    tolerance = quantity(
+    tolerance = typed_quantity(
         request.travel_tolerance, "m", field="--travel-tolerance", minimum=0.0, exclusive=True
     )
     return measured(recording, tolerance)
@@ -197,23 +199,9 @@ def _sample_period(request: Request, parameters: Parameters) -> int:
     """Time between two samples in the output [ns]: a whole number of ticks."""
     ticks = max(1, round(1e9 / (FULL_RATE * parameters.period_ns)))
     if request.rate is not None:
-        rate = quantity(
-            float(request.rate) if _is_number(request.rate) else request.rate,
-            "Hz",
-            field="--rate",
-            minimum=0.0,
-            exclusive=True,
-        )
+        rate = typed_quantity(request.rate, "Hz", field="--rate", minimum=0.0, exclusive=True)
         ticks = max(1, round(1e9 / (rate * parameters.period_ns)))
     return ticks * parameters.period_ns
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _compare(

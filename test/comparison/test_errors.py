@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hma_gripper_sim.comparison.comparing import compare_recordings
 from hma_gripper_sim.comparison.errors import signal_errors
 from hma_gripper_sim.comparison.phases import Phases
 from hma_gripper_sim.logs.recording import Recording, Series
@@ -115,3 +116,9 @@ def test_only_common_times_and_signals_are_compared() -> None:
     assert list(found) == ["travel"]
     assert found["travel"].time[0] == pytest.approx(8.0)
     assert found["travel"].overall.maximum < 1e-12
+
+
+def test_a_single_sample_can_be_compared() -> None:
+    one = recording(travel=Series(np.zeros(1), np.array([0.001])))
+    (signal,) = compare_recordings(one, one, title="one").signals
+    assert (signal.overall.count, signal.overall.maximum) == (1, 0.0)
