@@ -98,7 +98,10 @@ def test_the_clock_it_publishes_is_simulated_time_from_zero_at_any_speed(start_n
     assert all(later > earlier for earlier, later in pairwise(times))
     assert times[-1] < 3600 * 1_000_000_000  # since the start of the node, not since 1970
     client.wait(lambda: stamp_ns(client.joints[-1]) >= times[-1])
-    assert set(times) <= {stamp_ns(message) for message in client.joints} | {0}
+    stamps = {stamp_ns(message) for message in client.joints}
+    assert all(stamp % PERIOD_NS == 0 for stamp in stamps)
+    # Whoever cannot keep up with such a speed misses some of either.
+    assert len(stamps.intersection(times)) > 100
 
 
 def test_a_node_that_is_the_clock_does_not_follow_one(start_node, connect):
