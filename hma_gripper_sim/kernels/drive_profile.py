@@ -71,9 +71,9 @@ def drive_profile(axis: Axis, commands: Array, travel: Array, velocity: Array) -
         Velocity that came before each tick, NaN where none did [m/s], shape (n,).
     travel, velocity
         At the ends of the ticks [m, m/s], shape (n + 1,); row 0 is the start, the others are
-        filled in.
+        filled in. At the start the velocity is that which was commanded.
     """
-    state = Moving(travel[0], velocity[0], 0.0, 0)
+    state = Moving(travel[0], velocity[0], velocity[0], 0)
     for k in range(commands.size):
         state = tick(axis, state, commands[k])
         travel[k + 1], velocity[k + 1] = state.travel, state.velocity
@@ -130,7 +130,8 @@ def _tick_that_took(
 @kernel
 def settle_commands(
     axis: Axis,
-    start: float,
+    travel: float,
+    velocity: float,
     measured: Array,
     values: Array,
     near: int,
@@ -148,8 +149,8 @@ def settle_commands(
 
     Parameters
     ----------
-    start
-        Travel before the first tick [m].
+    travel, velocity
+        Before the first tick [m, m/s].
     measured
         Way that was made in each tick, NaN where it is not known [m], shape (n,).
     values
@@ -165,7 +166,7 @@ def settle_commands(
         How many were moved.
     """
     count, moved = measured.size, 0
-    state, at, applied = Moving(start, 0.0, 0.0, 0), 0, 0
+    state, at, applied = Moving(travel, velocity, velocity, 0), 0, 0
     for j in range(values.size):
         if j > 0:
             taken[j] = max(taken[j], taken[j - 1])

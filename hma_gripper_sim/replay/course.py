@@ -25,6 +25,9 @@ RENEWAL = 0.1
 _ARRIVED = 1e-9
 """How near [m] to a way point the gripper is at it."""
 
+_GAP = 2.0
+"""Ticks without a sample of the travel that are a gap."""
+
 _ON_TIME = 1e-3
 """Share of a tick by which the stamp of a sample at its end may differ from it."""
 
@@ -85,7 +88,7 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
     the tick in whose time it was logged; one that was logged at the very end of a tick is taken
     by the next: it was logged by someone who had seen that tick's results. Where the travel was
     logged at every tick and shows, to rounding, that another one of the ticks around took it, that
-    one does.
+    one does; likewise a drive that came into the log in motion goes on in motion.
 
     Parameters
     ----------
@@ -124,8 +127,9 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
     ticks, values = np.maximum(ticks[known], 0), commands.value[known]
     way = _way_by_tick(recording, begin, period, count)
     logged = ticks.copy()
+    velocity = _first_velocity(way, period)
     moved = settle_commands(
-        _axis(widened, period), travel, way, values, *_SLACK, _HORIZON, _EXACT, ticks
+        _axis(widened, period), travel, velocity, way, values, *_SLACK, _HORIZON, _EXACT, ticks
     )
     if moved:
         most = int(np.abs(ticks - logged).max())
@@ -133,9 +137,10 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
             f"the measured travel shows that {moved} of {len(ticks)} commands were taken earlier "
             f"or later than they were logged, by up to {most} tick{'s' if most > 1 else ''}"
         )
+    notes += _gaps(recording, period)
     taken = np.full(count, np.nan)
     taken[ticks] = values
-    motion = _driven(taken, widened, period, travel)
+    motion = _driven(taken, widened, period, travel, velocity)
     sent = Series(period * ticks.astype(np.float64), values)
     start = recording.start + round(1e9 * begin)
     return Course("the commanded velocity", start, motion, sent, tuple(notes))
@@ -196,13 +201,15 @@ def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> 
     return Course(
         "the experiment's motion",
         0,
-        _driven(commands, limits, period, 0.0),
+        _driven(commands, limits, period, 0.0, 0.0),
         Series(period * sent.astype(np.float64), commands[sent]),
     )
 
 
-def _driven(commands: FloatArray, limits: DriveLimits, period: float, travel: float) -> Motion:
-    travels, velocities = _profile(commands, limits, period, travel, 0.0)
+def _driven(
+    commands: FloatArray, limits: DriveLimits, period: float, travel: float, velocity: float
+) -> Motion:
+    travels, velocities = _profile(commands, limits, period, travel, velocity)
     return of_ticks(0.0, period, travels, velocities)
 
 
@@ -225,6 +232,28 @@ def _axis(limits: DriveLimits, period: float) -> Axis:
         limits.timeout_ticks(period),
         period,
     )
+
+
+def _gaps(recording: Recording, period: float) -> list[str]:
+    """Say where the travel was not logged for longer than between the other ticks."""
+    if "travel" not in recording.signals:
+        return []
+    spacing = np.diff(recording["travel"].time)
+    longest = int(np.argmax(spacing))
+    if not np.median(spacing) < _GAP * period < spacing[longest]:
+        return []
+    return [
+        f"the travel has gaps, the longest of {spacing[longest]:.4g} s at "
+        f"{recording['travel'].time[longest]:.6g} s: if the node was paused there, its command has "
+        "expired in the replay"
+    ]
+
+
+def _first_velocity(way: FloatArray, period: float) -> float:
+    """Velocity at which a drive came into the log [m/s]: not 0 if it made the same way twice."""
+    if len(way) < 2 or not abs(way[1] - way[0]) < _EXACT or abs(way[0]) < _EXACT:
+        return 0.0
+    return float(way[0] / period)
 
 
 def _way_by_tick(recording: Recording, begin: float, period: float, count: int) -> FloatArray:

@@ -76,7 +76,7 @@ def settled(commands: list[float], logged: list[int], noise: float = 0.0) -> tup
     way = np.diff(travel) + noise * np.cos(np.arange(len(commands)))
     values = np.array([c for c in commands if not math.isnan(c)])
     taken = np.array(logged, dtype=np.int64)
-    moved = settle_commands(axis(0.01), 0.0, way, values, 2, 9, 10, 1e-10, taken)
+    moved = settle_commands(axis(0.01), 0.0, 0.0, way, values, 2, 9, 10, 1e-10, taken)
     return moved, taken.tolist()
 
 

@@ -120,3 +120,26 @@ def test_a_plan_reaches_its_way_points() -> None:
     assert travel[-1] == pytest.approx(0.0, abs=1e-6)
     # Renewed before it expires, so that the log's commands give the same motion again.
     assert np.diff(course.commands.time).max() <= LIMITS.command_timeout
+
+
+def test_a_log_may_begin_in_motion() -> None:
+    """At 4 mm/s, renewed after 0.05 s, stopped after 0.5 s: the drive's travel is the measured."""
+    time = 0.01 * np.arange(81)
+    velocity = np.where(time < 0.505, 0.004, 0.0)
+    way = 0.005 * (velocity[1:] + velocity[:-1])
+    travel = Series(time, 0.003 + np.concatenate([[0.0], np.cumsum(way)]))
+    commands = Series(np.array([0.05, 0.5]), np.array([0.004, 0.0]))
+    course = commanded(recording(travel, commands), LIMITS, PERIOD)
+    followed = np.interp(time, course.motion.time, course.motion.travel)
+    assert followed == pytest.approx(travel.value, abs=2e-9)
+    assert course.notes == ()
+
+
+def test_gaps_in_a_log_are_pointed_out() -> None:
+    """A pause of the node looks like this, and so does a recorder that was held up."""
+    time = np.concatenate([0.01 * np.arange(50), 3.0 + 0.01 * np.arange(50)])
+    travel = Series(time, np.zeros(100))
+    commands = Series(np.array([0.0]), np.array([0.0]))
+    (note,) = commanded(recording(travel, commands), LIMITS, PERIOD).notes
+    assert "gap" in note
+    assert "2.51 s" in note
