@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from hma_gripper_sim.replay.command import travel_tolerance_option
+
 
 @click.command()
 @click.argument("experiment", type=click.Path(path_type=Path))
@@ -25,13 +27,7 @@ import click
     metavar="NAME=LOW..HIGH",
     help="Where to look for it, such as E=5MPa..12MPa; may be repeated.",
 )
-@click.option(
-    "--travel-tolerance",
-    default="1 um",
-    show_default=True,
-    help="How far the simulated travel may be from the measured one; more smooths an encoder's "
-    "noise.",
-)
+@travel_tolerance_option
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
 @click.pass_context
 def calibrate(

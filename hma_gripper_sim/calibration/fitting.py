@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -215,7 +216,7 @@ class _Problem:
         self._progress(self.simulations, _rms(np.concatenate(parts)))
         return parts
 
-    def solve(self, weights: Sequence[FloatArray], x: FloatArray):  # type: ignore[no-untyped-def]
+    def solve(self, weights: Sequence[FloatArray], x: FloatArray) -> Any:
         """Minimise the weighted squares from `x` on; scipy's result, `x` scaled."""
         bounds = np.array([(p.lower, p.upper) for p in self._free]).T / self._scales
         room = 1e-6 * (bounds[1] - bounds[0])

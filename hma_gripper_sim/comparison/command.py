@@ -12,6 +12,26 @@ if TYPE_CHECKING:
     from hma_gripper_sim.comparison.comparing import LogComparison
 
 
+max_error_option = click.option(
+    "--max-error",
+    "max_errors",
+    multiple=True,
+    metavar="SIGNAL=LIMIT",
+    help="Exit with 1 if the error is larger anywhere; may be repeated. LIMIT is relative, such "
+    "as 2%, or has a unit. SIGNAL: travel, actuator_force (force), phi (the mean of both sides), "
+    "phi_left, phi_right, bending_moment.",
+)
+json_option = click.option(
+    "--json", "json_file", type=click.Path(path_type=Path), help="Write the comparison here."
+)
+html_option = click.option(
+    "--html",
+    "html_file",
+    type=click.Path(path_type=Path),
+    help="Write the comparison here as one self-contained page with plots.",
+)
+
+
 @click.command()
 @click.argument("simulated", metavar="SIM", type=click.Path(path_type=Path))
 @click.argument("experiment", type=click.Path(path_type=Path))
@@ -37,22 +57,9 @@ if TYPE_CHECKING:
     metavar="TIME",
     help="Also report the signals at this time of the experiment's log; may be repeated.",
 )
-@click.option(
-    "--max-error",
-    "max_errors",
-    multiple=True,
-    metavar="SIGNAL=LIMIT",
-    help="Exit with 1 if the error is larger anywhere; may be repeated. LIMIT is relative, such "
-    "as 2%, or has a unit. SIGNAL: travel, actuator_force (force), phi (the mean of both sides), "
-    "phi_left, phi_right, bending_moment.",
-)
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
-@click.option(
-    "--html",
-    "html_file",
-    type=click.Path(path_type=Path),
-    help="Write one self-contained page with plots here.",
-)
+@max_error_option
+@json_option
+@html_option
 @click.pass_context
 def compare(
     ctx: click.Context,

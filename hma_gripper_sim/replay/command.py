@@ -6,6 +6,17 @@ from pathlib import Path
 
 import click
 
+from hma_gripper_sim.comparison.command import html_option, json_option, max_error_option
+
+travel_tolerance_option = click.option(
+    "--travel-tolerance",
+    default="1 um",
+    show_default=True,
+    metavar="LENGTH",
+    help="How far the simulated travel may be from the measured one; more smooths an encoder's "
+    "noise.",
+)
+
 
 @click.command()
 @click.argument("log", type=click.Path(path_type=Path))
@@ -52,27 +63,10 @@ import click
     metavar="HZ",
     help="Samples per second in the log. Default: every tick, or every nth for at most 100 Hz.",
 )
-@click.option(
-    "--travel-tolerance",
-    default="1 um",
-    show_default=True,
-    help="How far the simulated travel may be from the measured one; more smooths an encoder's "
-    "noise.",
-)
-@click.option(
-    "--max-error",
-    "max_errors",
-    multiple=True,
-    metavar="SIGNAL=LIMIT",
-    help="As for `hma_gripper compare`.",
-)
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the comparison.")
-@click.option(
-    "--html",
-    "html_file",
-    type=click.Path(path_type=Path),
-    help="Write the comparison as one self-contained page with plots.",
-)
+@travel_tolerance_option
+@max_error_option
+@json_option
+@html_option
 @click.pass_context
 def replay(
     ctx: click.Context,

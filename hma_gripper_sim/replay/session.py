@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -197,7 +198,7 @@ def _course(
 
 def _sample_period(request: Request, parameters: Parameters) -> int:
     """Time between two samples in the output [ns]: a whole number of ticks."""
-    ticks = max(1, round(1e9 / (FULL_RATE * parameters.period_ns)))
+    ticks = math.ceil(1e9 / (FULL_RATE * parameters.period_ns) - 1e-6)
     if request.rate is not None:
         rate = typed_quantity(request.rate, "Hz", field="--rate", minimum=0.0, exclusive=True)
         ticks = max(1, round(1e9 / (rate * parameters.period_ns)))
