@@ -13,6 +13,7 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from hma_gripper_sim.simulation import SimulationState
@@ -25,7 +26,7 @@ _STAMP_OFFSET = 4  # behind the four bytes that say how the rest is encoded
 
 
 class SerialisedMessage:
-    """The bytes of a message that starts with a header; its numbers are changed in place.
+    """The bytes of a message that starts with a header or a time; its numbers change in place.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ class SerialisedMessage:
         Complete, but for the numbers.
     """
 
-    def __init__(self, message: JointState | WrenchStamped) -> None:
+    def __init__(self, message: JointState | WrenchStamped | Clock) -> None:
         self._bytes = bytearray(serialize_message(message))
         if isinstance(message, JointState) and not message.effort:
             # Its serialisation aligns the end as if numbers followed; strict readers refuse that.
@@ -46,7 +47,7 @@ class SerialisedMessage:
         return np.frombuffer(self._bytes, dtype=np.float64, count=len(placeholder), offset=offset)
 
     def stamp(self, seconds: int, nanoseconds: int) -> None:
-        """Set the header's time."""
+        """Set the time at its start."""
         _STAMP.pack_into(self._bytes, _STAMP_OFFSET, seconds, nanoseconds)
 
     @property

@@ -17,7 +17,7 @@ from hma_gripper_sim.arbiter import Arbiter
 from hma_gripper_sim.drive import Drive
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
-from hma_gripper_sim.ros.messages import StateMessages
+from hma_gripper_sim.ros.messages import SerialisedMessage, StateMessages
 from hma_gripper_sim.ros.settings import Settings
 from hma_gripper_sim.ros.timeline import Timeline
 from hma_gripper_sim.simulation import SimulationState
@@ -53,7 +53,7 @@ class Outputs:
         self._clock = None
         if settings.publish_clock:
             self._clock = node.create_publisher(Clock, "/clock", STATE_QOS)
-        self._clock_message = Clock()
+        self._clock_message = SerialisedMessage(Clock())
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED_QOS)
         self._marker_messages = MarkerMessages()
         self._drawn: tuple[str, SimulationState] | None = None
@@ -76,9 +76,8 @@ class Outputs:
         self._wrench.publish(messages.actuator_wrench.content)
         self._phi.publish(messages.phi.content)
         if self._clock is not None:
-            clock = self._clock_message.clock
-            clock.sec, clock.nanosec = divmod(stamp, 1_000_000_000)
-            self._clock.publish(self._clock_message)
+            self._clock_message.stamp(*divmod(stamp, 1_000_000_000))
+            self._clock.publish(self._clock_message.content)
 
     def count_tick(self, state: SimulationState, took: float, *, moved: bool) -> None:
         """Take a tick that took so long [s] into the next report."""
