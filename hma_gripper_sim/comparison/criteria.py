@@ -24,9 +24,6 @@ MAX_GAP = 0.01
 _RAMP, _BRAKE = 0.1, 0.01
 """Shares of the approach's depth that are left to the drive's ramps at its two ends."""
 
-_ROUND_OFF = 1e-9
-"""Relative. How far a drive that stops at the depth itself may stay short of it."""
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -75,10 +72,10 @@ def align(recording: Recording, experiment: Experiment, design: GripperDesign) -
     approach = experiment.motion[0]
     depth = approach.velocity * approach.duration
     travel = recording["travel"]
-    reached = np.flatnonzero(travel.value >= depth * (1.0 - _ROUND_OFF))
+    reached = np.flatnonzero(travel.value >= depth * (1.0 - _BRAKE))
     down = slice(0, int(reached[0]) if reached.size else 0)
     time, value = travel.time[down], travel.value[down]
-    steady = (value > _RAMP * depth) & (value < (1.0 - _BRAKE) * depth)
+    steady = value > _RAMP * depth
     if travel.value[0] > _RAMP * depth or not steady.any():
         raise InputError(
             f"the approach goes from 0 to {depth * 1e3:g} mm, the recorded travel "
