@@ -25,6 +25,10 @@ RENEWAL = 0.1
 _ARRIVED = 1e-9
 """How near [m] to a way point the gripper is at it."""
 
+_SMOOTHED, _FEW = 4.0, 10
+"""Standard deviations of a travel's noise that a tolerance has to be for few corners to be left,
+and samples that it takes to tell them."""
+
 _GAP = 2.0
 """Ticks without a sample of the travel that are a gap."""
 
@@ -169,7 +173,20 @@ def measured(recording: Recording, tolerance: float) -> Course:
             source=recording.source,
         )
     motion = through_points(time - time[0], value, tolerance)
-    return Course("the measured travel", recording.start + round(1e9 * float(time[0])), motion)
+    start = recording.start + round(1e9 * float(time[0]))
+    return Course("the measured travel", start, motion, notes=_scatter(value, tolerance))
+
+
+def _scatter(travel: FloatArray, tolerance: float) -> tuple[str, ...]:
+    """Say if the travel scatters by more than the tolerance keeps out of the motion."""
+    # Of white noise of unit deviation the second difference has √6; the median is no outlier's.
+    deviation = float(np.median(np.abs(np.diff(travel, 2)))) / (0.6745 * np.sqrt(6.0))
+    if len(travel) < _FEW or _SMOOTHED * deviation <= tolerance:
+        return ()
+    return (
+        f"the travel scatters by {deviation * 1e6:.2g} um, which the dampers turn into force: "
+        f"--travel-tolerance {_SMOOTHED * deviation * 1e6:.2g}um keeps that out",
+    )
 
 
 def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> Course:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -143,3 +145,19 @@ def test_gaps_in_a_log_are_pointed_out() -> None:
     (note,) = commanded(recording(travel, commands), LIMITS, PERIOD).notes
     assert "gap" in note
     assert "2.51 s" in note
+
+
+def test_a_travel_that_scatters_is_pointed_out() -> None:
+    """By its standard deviation; a tolerance of four of them leaves few corners."""
+    time = np.arange(0.0, 10.0, 0.01)
+    noise = np.random.default_rng(2).normal(0.0, 5e-6, len(time))
+    scattered = recording(Series(time, 0.002 * time + noise))
+    course = measured(scattered, 1e-6)
+    (note,) = course.notes
+    said = re.search(r"scatters by (\S+) um", note)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(5.0, rel=0.1)
+    smooth = measured(scattered, 2.2e-5)
+    assert smooth.notes == ()
+    assert len(smooth.motion.velocity) < 0.03 * len(course.motion.velocity)
+    assert measured(recording(Series(time, 0.002 * time)), 1e-6).notes == ()
