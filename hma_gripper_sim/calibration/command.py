@@ -93,7 +93,7 @@ def calibrate(
     console = Console()
     for table in terminal_tables(result):
         console.print(table)
-    for remark in remarks(result):
+    for remark in (*measured.notes, *remarks(result)):
         console.print(f"note: {remark}", markup=False, highlight=False, soft_wrap=True)
     if json_file:
         text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)

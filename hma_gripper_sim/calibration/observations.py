@@ -73,10 +73,13 @@ class Trial:
         From time 0.
     observations
         At least one.
+    notes
+        What the user should know about them.
     """
 
     motion: Motion
     observations: tuple[Observation, ...]
+    notes: tuple[str, ...] = ()
 
     def simulate(self, scene: Scene) -> list[FloatArray] | None:
         """Return each observation as a scene simulates it, or None if that cannot be done."""
@@ -125,7 +128,7 @@ def trial(experiment: Experiment, source: str, travel_tolerance: float) -> Trial
     )
     if not any(len(observation.time) for observation in observations):
         raise InputError(f"has none of {', '.join(SIGNALS)} beside the travel", source=source)
-    return Trial(course.motion, observations)
+    return Trial(course.motion, observations, (*recording.notes, *course.notes))
 
 
 def _observation(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene
 from hma_gripper_sim.calibration.observations import Trial, averaged, trial
 from hma_gripper_sim.experiment_file import read_experiment
-from hma_gripper_sim.logs.recording import Series
+from hma_gripper_sim.logs.recording import Recording, Series
 from hma_gripper_sim.motion import follow
 
 SCENE = Scene(
@@ -71,6 +74,25 @@ def test_parameters_that_cannot_be_simulated_are_told_apart(monkeypatch) -> None
     point = averaged("phi_left", Series(np.zeros(1), np.zeros(1)), None, 0.05)
     monkeypatch.setattr(Simulation, "__init__", fails)
     assert Trial(motion, (point,)).simulate(SCENE) is None
+
+
+def test_what_was_recovered_in_a_log_is_passed_on(monkeypatch) -> None:
+    from hma_gripper_sim.experiment import ExperimentLog
+
+    time = np.arange(0.0, 2.0, 0.01)
+    noisy = 0.001 * time + np.random.default_rng(0).normal(0.0, 5e-6, len(time))
+    recording = Recording(
+        "log",
+        {"travel": Series(time, noisy), "phi_left": Series(time, np.ones(len(time)))},
+        0,
+        ("3 samples of travel are NaN",),
+    )
+    monkeypatch.setattr(ExperimentLog, "read", lambda self: recording)
+    log = ExperimentLog(Path("log"), None, {})
+    experiment = replace(read_experiment("thesis_2013_box"), log=log)
+    recovered, scatters = trial(experiment, "box", 1e-6).notes
+    assert recovered == "3 samples of travel are NaN"
+    assert "scatters" in scatters
 
 
 def test_a_log_without_force_and_angles_is_refused(tmp_path) -> None:
