@@ -181,7 +181,7 @@ def _scatter(travel: FloatArray, tolerance: float) -> tuple[str, ...]:
     """Say if the travel scatters by more than the tolerance keeps out of the motion."""
     # Of white noise of unit deviation the second difference has √6; the median is no outlier's.
     deviation = float(np.median(np.abs(np.diff(travel, 2)))) / (0.6745 * np.sqrt(6.0))
-    if len(travel) < _FEW or _SMOOTHED * deviation <= tolerance:
+    if len(travel) < _FEW or 0.75 * _SMOOTHED * deviation <= tolerance:
         return ()
     return (
         f"the travel scatters by {deviation * 1e6:.2g} um, which the dampers turn into force: "

@@ -39,7 +39,7 @@ SLOWEST_TICKS = 20.0
 """Rate [Hz] of a log below which its samples are taken to be thinned, not the ticks themselves."""
 
 ELSEWHERE = 1e-4
-"""Difference of the travels [m] from which on the commands cannot have been all there was."""
+"""Travel [m] from the start pose, or from where commands should have led, that is worth a note."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def carry_out(request: Request) -> LogComparison | None:
     )
     console.print(said, markup=False, highlight=False, soft_wrap=True)
     comparison = _compare(request, experiment, recording, result)
-    notes = (*course.notes, *_elsewhere(course, comparison), *result.touches)
+    notes = (*_start(course), *course.notes, *_elsewhere(course, comparison), *result.touches)
     if comparison is not None:
         return replace(comparison, notes=(*notes, *comparison.notes))
     for note in notes:
@@ -217,6 +217,16 @@ def _compare(
         raise InputError("has no log", source=source)
     title = f"Replay of {request.source.name}"
     return compare_recordings(result.recording, recording, title=title, bounds=request.bounds)
+
+
+def _start(course: Course) -> tuple[str, ...]:
+    """Say if the gripper had to be brought to where the log starts."""
+    if abs(course.travel) <= ELSEWHERE:
+        return ()
+    return (
+        f"the log starts at a travel of {course.travel * 1e3:.4g} mm: the gripper was brought "
+        "there from the start pose",
+    )
 
 
 def _elsewhere(course: Course, comparison: LogComparison | None) -> tuple[str, ...]:

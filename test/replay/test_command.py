@@ -162,6 +162,19 @@ def test_a_log_in_which_the_object_changes_is_refused(
     assert run(log, "--contour", "cylinder").exit_code == 0
 
 
+def test_a_log_that_starts_elsewhere_is_pointed_out(
+    run: Run, replayed: tuple[Path, Replay], tmp_path: Path
+) -> None:
+    file = tmp_path / "map.yaml"
+    file.write_text(
+        "travel: {topic: /joint_states, field: position, joint: slide, offset: 2 mm}\n"
+        "phi_left: {topic: /hma_gripper_sim/phi, field: position, joint: phi_left}\n"
+    )
+    shown = run(replayed[0], "--signals", file)
+    assert shown.exit_code == 0, shown.output
+    assert "starts at a travel of 2 mm" in shown.output
+
+
 def test_commands_that_lead_elsewhere_are_pointed_out(
     run: Run, replayed: tuple[Path, Replay], tmp_path: Path
 ) -> None:
