@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.integrator import (
@@ -109,7 +110,9 @@ class Half:
             drift,
         )
         return HalfState(
-            clock=np.array([0.0, FIRST_STEP, abs(load)]),
+            clock=np.array(
+                [0.0, FIRST_STEP, max(abs(load), _bending_force(self.model.chain)), 0.0]
+            ),
             q=q,
             v=v,
             a=a,
@@ -164,8 +167,10 @@ class Simulation:
     scene
         What is simulated.
     tolerance
-        Error that one step may add, relative to the largest actuator force so far and to a
-        radian; None: the scene's accuracy, or 1e-3.  Steps are never taken coarser than at 1e-2.
+        Of the actuator force, relative to the largest so far or to what bends the beams by two
+        radians, and of angles, relative to a radian: from what one step adds it is chosen so
+        that a run stays within it.  None: the scene's accuracy, or 1e-3.  Steps are never taken
+        coarser than at 3e-2.
 
     Raises
     ------
@@ -446,6 +451,12 @@ def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> f
 def _build_halves(scene: Scene, both: bool = False) -> list[Half]:
     models = scene.models if both or not scene.is_symmetric else scene.models[:1]
     return [Half(model) for model in models]
+
+
+def _bending_force(chain: Chain) -> float:
+    """Force across the end of a straight chain that bends it by about two radians [N]."""
+    length = float(np.hypot(chain.link[:, 0], chain.link[:, 1]).sum())
+    return 2.0 / (float((1.0 / chain.stiffness).sum()) * length)
 
 
 def empty_record(half: Half, rows: int) -> Record:

@@ -31,6 +31,7 @@ DEVIATION_BOUND = 0.01  # of the largest force, to a run at a 10 times tighter t
 ENERGY_BOUND = 0.005  # of the largest term of the energy balance
 TIGHTER = 0.1
 TIGHTEST = 1e-10  # tolerance that `Simulation` accepts
+NUDGES = (1e-12, 2e-12, 3e-12, 4e-12)  # m; far less than an atom
 
 BOX = RoundedBox(width=0.028, height=0.028, corner_radius=0.002)
 CYLINDER = Circle(radius=0.015)
@@ -85,6 +86,9 @@ class Verdict:
     deviation
         RMS difference of the actuator force to a run at a 10 times tighter tolerance,
         relative to its largest value; None when one of the runs did not converge.
+    sensitivity
+        Largest such difference between the tighter run and runs at its tolerance whose object
+        stands a few picometres lower; None unless the deviation is beyond its bound.
     energy_residual
         Relative to the largest term of the balance; None without a run.
     finite
@@ -97,6 +101,7 @@ class Verdict:
 
     outcome: Outcome
     deviation: float | None
+    sensitivity: float | None
     energy_residual: float | None
     finite: bool
     steps: int
@@ -113,7 +118,7 @@ class Verdict:
             found.append("not finite")
         if self.deviation is None:
             found.append("the run at a 10 times tighter tolerance did not converge")
-        elif not self.deviation <= DEVIATION_BOUND:
+        elif not self.deviation <= max(DEVIATION_BOUND, self.sensitivity or 0.0):
             found.append(f"{100 * self.deviation:.2f} % RMS off the 10 times tighter run")
         if self.energy_residual is None or not self.energy_residual <= ENERGY_BOUND:
             found.append(f"energy balance open by {100 * (self.energy_residual or np.inf):.2f} %")
@@ -121,30 +126,48 @@ class Verdict:
 
 
 def examine(case: HardCase) -> Verdict:
-    """Simulate a case twice and judge it."""
+    """Simulate a case twice and judge it.
+
+    A motion that picometres change by more than the bound is chaotic: no simulation agrees with
+    another one better than it agrees with itself.
+    """
     start = process_time()
     try:
         trace = _run(case, case.tolerance)
     except SimulationError as error:
-        return Verdict(error.outcome, None, None, True, 0, 0, process_time() - start)
+        return Verdict(error.outcome, None, None, None, True, 0, 0, process_time() - start)
     force = trace.actuator_force
     spent = process_time() - start
-    deviation = None
-    if trace.stats.converged:
-        tighter = _run(case, max(TIGHTEST, TIGHTER * case.tolerance))
-        if tighter.stats.converged:
-            reference = tighter.actuator_force
-            rms = float(np.sqrt(np.mean((force - reference) ** 2)))
-            deviation = rms / float(np.abs(reference).max())
+    deviation = sensitivity = None
+    tolerance = max(TIGHTEST, TIGHTER * case.tolerance)
+    tighter = _run(case, tolerance)
+    if trace.stats.converged and tighter.stats.converged:
+        reference = tighter.actuator_force
+        deviation = _deviation(force, reference)
+        if deviation > DEVIATION_BOUND:
+            nudged = (_run(_nudged(case, by), tolerance) for by in NUDGES)
+            sensitivity = max(_deviation(other.actuator_force, reference) for other in nudged)
     return Verdict(
         trace.stats.outcome,
         deviation,
+        sensitivity,
         trace.energy.relative_residual,
         _is_finite(trace),
         trace.stats.steps,
         trace.stats.rejected,
         spent,
     )
+
+
+def _deviation(force: Array, reference: Array) -> float:
+    """RMS difference relative to the largest value; NaN when one run ended early."""
+    if force.shape != reference.shape:
+        return math.nan
+    return float(np.sqrt(np.mean((force - reference) ** 2)) / np.abs(reference).max())
+
+
+def _nudged(case: HardCase, by: float) -> HardCase:
+    return replace(case, scene=replace(case.scene, clearance=case.scene.clearance + by))
 
 
 def _run(case: HardCase, tolerance: float) -> Trace:

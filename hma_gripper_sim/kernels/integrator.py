@@ -36,12 +36,16 @@ LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before i
 
 # Error that one step may add at a tolerance of 1: angles of bodies, and the deviation of the
 # force from a straight line relative to the largest force.  A deviation that lasts shorter
-# than the resolution counts in proportion, so that a jump of the force is not chased.
-COARSEST = 1e-2  # tolerances above this are taken as this: their steps would miss contacts
-ANGLE = 1.0  # rad
-FORCE = 1.0
-FORCE_TIME = 0.01  # s
-FORCE_TRAVEL = 4e-5  # m of the base
+# than the resolution counts in proportion, so that a jump of the force is not chased.  But
+# errors of steps that follow each other within the memory add up, as in a stick-slip
+# vibration: beyond a number of such steps (the crowding) each counts in proportion to them.
+COARSEST = 3e-2  # tolerances above this are taken as this: their steps would miss contacts
+ANGLE = 0.3  # rad
+FORCE = 0.3
+FORCE_TIME = 5e-3  # s
+FORCE_TRAVEL = 2e-5  # m of the base
+MEMORY = 0.1  # s
+CROWD = 20.0
 
 DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
 
@@ -59,7 +63,7 @@ class Motion(NamedTuple):
 class HalfState(NamedTuple):
     """Everything that the next step of one half depends on."""
 
-    clock: Array  # time [s], next step [s], scale of the force [N]; shape (3,)
+    clock: Array  # time [s], next step [s], scale of the force [N], crowding; shape (4,)
     q: Array  # joint angles [rad], shape (n,)
     v: Array  # joint rates [rad/s], shape (n,)
     a: Array  # joint accelerations [rad/s^2], shape (n,)
@@ -265,6 +269,12 @@ def integrate(
 
 
 @kernel
+def _crowding(state: HalfState, h: float) -> float:
+    """Number of steps within the memory, the one of length `h` that follows `state` included."""
+    return 1.0 + state.clock[3] * np.exp(-h / MEMORY)
+
+
+@kernel
 def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepWork) -> None:
     """Take over the result of a trial step of length `h` as the state."""
     for i in range(state.q.size):
@@ -296,6 +306,7 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
         state.work[j] += h * power
     state.load[0] = scratch.load[1]
     state.clock[2] = max(state.clock[2], abs(state.load[0]))
+    state.clock[3] = _crowding(state, h)
     state.counts[0] += 1
 
 
@@ -377,5 +388,6 @@ def _try_step(
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
         scale = max(state.clock[2], abs(outer_load))
         resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(work.base[1])))
-        error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, h / resolution))
+        weight = min(1.0, h / resolution) * max(1.0, _crowding(state, h) / CROWD)
+        error = max(error, defect / (FORCE * tolerance * scale) * weight)
     return error
