@@ -1,8 +1,8 @@
 """Bending moments of the beams' sections, recovered from joint moments and forces.
 
-A joint of the ``thesis`` discretisation stands at the section it speaks for.  One of the
-``midpoint`` discretisation stands in the middle of its GBE: the moment at the GBE's ends
-follows from it and the force that the joint transmits, and converges at second order.
+A joint of the ``thesis`` discretisation stands at the section it speaks for.  One of the other
+discretisations stands within its GBE: the moment at the GBE's ends follows from it and the force
+that the joint transmits, and converges at second order in the GBE's length.
 """
 
 from __future__ import annotations
@@ -40,16 +40,14 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
     load[:, -1] += wrench[:, 0] + 1j * wrench[:, 1]
     force = -np.cumsum(load[:, ::-1], axis=1)[:, ::-1]  # of the inner on the outer part
 
-    length = scene.design.bending_stiffness / chain.stiffness
-    outer = 0.5 * length * direction
+    outer = half.outer * direction
     first_beam = next(i for i, (part, _) in enumerate(half.joints) if part == "beam")
+    corner = half.beam_start[1] @ (1.0, 1j)
+    into_beam = complex(*chain.link[first_beam - 1]) - corner
     inner = np.stack(
         [
-            np.full(len(q), -0.5 * length[0] + 0j),
-            -0.5
-            * length[first_beam]
-            * direction[:, first_beam - 1]
-            * np.exp(1j * chain.rest[first_beam]),
+            np.full(len(q), -chain.root[0] + 0j),
+            -direction[:, first_beam - 1] * into_beam,
         ],
         axis=1,
     )

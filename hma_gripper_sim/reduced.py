@@ -1,7 +1,7 @@
 """Joint states at the thesis' resolution, recovered from a coarser or finer model.
 
-The angle of a body is the beam's tangent at the body's middle.  Between these the tangent is
-interpolated linearly, which keeps the second order of the midpoint discretisation.
+The angle of a body of the thesis is the beam's tangent at the body's middle, whatever model it
+comes from (`discretisation.tangent_weights`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.discretisation import tangent_weights
 from hma_gripper_sim.trace import Trace, joint_rows
 
 Array = NDArray[np.float64]
@@ -50,27 +51,16 @@ def thesis_joint_states(trace: Trace) -> JointStates:
 def _turns(trace: Trace) -> Array:
     """Matrix from the model's joint angles to the thesis', shape (n_thesis, n)."""
     scene = trace.scene
-    design, half = scene.design, scene.half
-    n = len(half.joints)
-    bodies = np.vstack([np.zeros(n), np.tril(np.ones((n, n)))])  # body angles; row 0: the base
-    top = sum(part == "top" for part, _ in half.joints)
-    beam = sum(part == "beam" for part, _ in half.joints)
-    top_nodes = np.arange(top + 1) * design.top_length / top
-    if scene.resolution.discretisation == "midpoint":
-        beam_nodes, beam_bodies = np.arange(beam + 1) / beam, bodies[top:]
-    else:
-        beam_nodes, beam_bodies = (np.arange(beam) + 0.5) / beam, bodies[top + 1 : -1]
-    wanted_top = np.arange(design.top_elements + 1) * design.top_length / design.top_elements
-    wanted_beam = (np.arange(design.beam_elements) + 0.5) / design.beam_elements
-    angles = np.vstack(
-        [
-            _interpolate(wanted_top, top_nodes, bodies[: top + 1]),
-            _interpolate(wanted_beam, beam_nodes, beam_bodies),
-            bodies[-1:],
-        ]
+    design, half, resolution = scene.design, scene.half, scene.resolution
+    n, top, beam = len(half.joints), resolution.elements_top, resolution.elements_beam
+    on_top = "midpoint" if resolution.discretisation == "thesis" else resolution.discretisation
+    ends = np.arange(design.top_elements + 1) / design.top_elements
+    middles = (np.arange(design.beam_elements) + 0.5) / design.beam_elements
+    angles = np.zeros((len(ends) + len(middles) + 1, n))
+    angles[: len(ends), :top] = tangent_weights(on_top, top, ends)
+    angles[len(ends) :, :top] = 1.0
+    angles[len(ends) : -1, top : top + beam] = tangent_weights(
+        resolution.discretisation, beam, middles
     )
+    angles[-1] = 1.0
     return np.diff(angles, axis=0)
-
-
-def _interpolate(at: Array, nodes: Array, rows: Array) -> Array:
-    return np.column_stack([np.interp(at, nodes, column) for column in rows.T])

@@ -33,7 +33,7 @@ def cantilever_deflection(
     n
         Number of GBEs; in the ``thesis`` discretisation the first is welded to the clamp.
     discretisation
-        ``thesis`` or ``midpoint``.
+        ``thesis``, ``midpoint`` or ``gauss``.
     length
         [m]
     bending_stiffness
@@ -64,6 +64,7 @@ def cantilever_deflection(
     chain = cantilever(length, count, bending_stiffness, discretisation)
     joints = len(chain.rest)
     q, at_rest, increment = np.zeros((3, joints))
+    tip = tip_response()
     solved = solve_dead_load(
         chain,
         np.array([0.0, -force]),
@@ -73,8 +74,8 @@ def cantilever_deflection(
         increment,
         np.zeros(3),
         chain_work(joints),
-        tip_response(),
+        tip,
     )
     if not solved:
         raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
-    return -float(np.sin(np.cumsum(q)) @ chain.link[:, 0])
+    return -float(tip.pose[1] + np.sin(tip.pose[2]) * chain.link[-1, 0])

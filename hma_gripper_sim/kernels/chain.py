@@ -37,12 +37,17 @@ class Chain(NamedTuple):
     inertia: Array  # about the centre of gravity [kg m^2], shape (n,)
     stiffness: Array  # [N m/rad], shape (n,)
     damping: Array  # [N m s/rad], shape (n,)
+    # A hinged beam is shorter than a bent one: on top of its angle q a joint slides by
+    # `straightening` q^2 along the beam [m/rad^2], shape (n,); 0: a plain hinge.
+    straightening: Array
 
 
 class ChainWork(NamedTuple):
     """What the two sweeps of one Newton iteration leave for each other."""
 
     step: Array  # from a body's joint to the next one, world frame, shape (n, 2)
+    slide: Array  # what a joint moves by per angle beside turning, world frame, shape (n, 2)
+    swerve: Array  # and the change of that per angle, shape (n, 2)
     arm: Array  # from a body's joint to its centre of gravity, world frame, shape (n, 2)
     load: Array  # gravity and inertia at the centre of gravity: fx, fz, moment; shape (n, 3)
     coupling: Array  # tangent row of the joint moment, shape (n, 3)
@@ -65,6 +70,8 @@ class TipResponse(NamedTuple):
 def chain_work(n: int) -> ChainWork:
     """Allocate the buffers for a chain of `n` joints."""
     return ChainWork(
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
         np.zeros((n, 2)),
         np.zeros((n, 2)),
         np.zeros((n, 3)),
@@ -94,6 +101,26 @@ def rotation(angle: float) -> tuple[float, float]:
 
 
 @kernel
+def _slide(
+    straightening: float, q: float, cos: float, sin: float, i: int, work: ChainWork
+) -> tuple[float, float]:
+    """How far joint `i` has slid; what that changes by per angle goes into `work`.
+
+    The beam's direction at the joint lies half-way between the bodies before and after it.
+    """
+    half_cos, half_sin = rotation(0.5 * q)
+    tx, tz = cos * half_cos + sin * half_sin, sin * half_cos - cos * half_sin
+    along, across = 2.0 * straightening * q, 0.5 * straightening * q * q
+    work.slide[i, 0] = along * tx - across * tz
+    work.slide[i, 1] = along * tz + across * tx
+    bend = 2.0 * straightening - 0.5 * across
+    work.swerve[i, 0] = bend * tx - along * tz
+    work.swerve[i, 1] = bend * tz + along * tx
+    slid = straightening * q * q
+    return slid * tx, slid * tz
+
+
+@kernel
 def place(
     chain: Chain,
     base: Array,
@@ -120,6 +147,23 @@ def place(
         alpha += a[i]
         turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
         cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
+        if chain.straightening[i] > 0.0:
+            sx, sz = _slide(chain.straightening[i], q[i], cos, sin, i, work)
+            gx, gz = work.slide[i, 0], work.slide[i, 1]
+            hx, hz = work.swerve[i, 0], work.swerve[i, 1]
+            before = omega - v[i]
+            x += sx
+            z += sz
+            vx += v[i] * gx - before * sz
+            vz += v[i] * gz + before * sx
+            turned = alpha - a[i]
+            ax += a[i] * gx + v[i] * (v[i] * hx - 2.0 * before * gz)
+            az += a[i] * gz + v[i] * (v[i] * hz + 2.0 * before * gx)
+            ax -= turned * sz + before * before * sx
+            az += turned * sx - before * before * sz
+            if i > 0:
+                work.step[i - 1, 0] += sx
+                work.step[i - 1, 1] += sz
         cx = cos * chain.centre[i, 0] - sin * chain.centre[i, 1]
         cz = sin * chain.centre[i, 0] + cos * chain.centre[i, 1]
         work.arm[i, 0] = cx
@@ -192,49 +236,63 @@ def eliminate(
         kzt += heavy * cx
         ktt += heavy * (cx * cx + cz * cz) + chain.inertia[i] * inertial + cx * gx + cz * gz
 
-        pivot = ktt + chain.stiffness[i] + chain.damping[i] * s
+        # Tangent to the joint's own motion, and what unit wrenches on the tip do along it.
+        own, bx, bz, bt = ktt, kxt, kzt, ktt
+        ax, az, at, imbalance = xm, zm, mm, m
+        if chain.straightening[i] > 0.0:
+            sx, sz = work.slide[i, 0], work.slide[i, 1]
+            own += 2.0 * (sx * kxt + sz * kzt) + sx * sx * kxx + 2.0 * sx * sz * kxz + sz * sz * kzz
+            own -= work.swerve[i, 0] * fx + work.swerve[i, 1] * fz
+            imbalance += sx * fx + sz * fz
+            ax += sx * xx + sz * xz
+            az += sx * zx + sz * zz
+            at += sx * mx + sz * mz
+            bx += sx * kxx + sz * kxz
+            bz += sx * kxz + sz * kzz
+            bt += sx * kxt + sz * kzt - sx * fz + sz * fx
+        pivot = own + chain.stiffness[i] + chain.damping[i] * s
         if not pivot > 0.0:
             return False
-        imbalance = m - chain.stiffness[i] * q[i] - chain.damping[i] * v[i]
+        imbalance -= chain.stiffness[i] * q[i] + chain.damping[i] * v[i]
         work.imbalance[i] = imbalance
-        work.coupling[i, 0] = kxt
-        work.coupling[i, 1] = kzt
-        work.coupling[i, 2] = ktt
-        work.lever[i, 0] = xm
-        work.lever[i, 1] = zm
-        work.lever[i, 2] = mm
+        work.coupling[i, 0] = bx
+        work.coupling[i, 1] = bz
+        work.coupling[i, 2] = bt
+        work.lever[i, 0] = ax
+        work.lever[i, 1] = az
+        work.lever[i, 2] = at
 
         inverse = 1.0 / pivot
         work.give[i] = inverse
-        tip.free[0] += xm * imbalance * inverse
-        tip.free[1] += zm * imbalance * inverse
-        tip.free[2] += mm * imbalance * inverse
-        cxx += xm * xm * inverse
-        cxz += xm * zm * inverse
-        czz += zm * zm * inverse
-        cxt += xm * mm * inverse
-        czt += zm * mm * inverse
-        ctt += mm * mm * inverse
+        tip.free[0] += ax * imbalance * inverse
+        tip.free[1] += az * imbalance * inverse
+        tip.free[2] += at * imbalance * inverse
+        cxx += ax * ax * inverse
+        cxz += ax * az * inverse
+        czz += az * az * inverse
+        cxt += ax * at * inverse
+        czt += az * at * inverse
+        ctt += at * at * inverse
 
-        ux, uz, ut = kxt * inverse, kzt * inverse, ktt * inverse
+        ux, uz, ut = bx * inverse, bz * inverse, bt * inverse
         fx -= ux * imbalance
         fz -= uz * imbalance
         m -= ut * imbalance
-        xx -= ux * xm
-        xz -= uz * xm
-        xm -= ut * xm
-        zx -= ux * zm
-        zz -= uz * zm
-        zm -= ut * zm
-        mx -= ux * mm
-        mz -= uz * mm
-        mm -= ut * mm
-        kxx -= ux * kxt
-        kxz -= ux * kzt
-        kzz -= uz * kzt
-        kxt -= ux * ktt
-        kzt -= uz * ktt
-        ktt -= ut * ktt
+        xx -= ux * ax
+        xz -= uz * ax
+        xm -= ut * ax
+        zx -= ux * az
+        zz -= uz * az
+        zm -= ut * az
+        mx -= ux * at
+        mz -= uz * at
+        mm -= ut * at
+        kxx -= ux * bx
+        kxz -= ux * bz
+        kzz -= uz * bz
+        kxt -= ux * bt
+        kzt -= uz * bt
+        ktt -= ut * bt
     tip.compliance[0, 0] = cxx
     tip.compliance[0, 1] = cxz
     tip.compliance[0, 2] = cxt
@@ -269,6 +327,8 @@ def substitute(work: ChainWork, change: Array, dq: Array) -> float:
             - work.coupling[i, 2] * turn
         )
         dq[i] = moment * work.give[i]
+        dx += work.slide[i, 0] * dq[i]
+        dz += work.slide[i, 1] * dq[i]
         turn += dq[i]
         largest = max(largest, abs(turn))
         dx -= work.step[i, 1] * turn
