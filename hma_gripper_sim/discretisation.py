@@ -145,11 +145,11 @@ def tangent_weights(discretisation: str, elements: int, at: Array) -> Array:
     # Legendre series of the polynomial that is 1 at one joint and 0 at the others, integrated.
     values = legendre.legvander(points, elements - 1)
     series = values * (number + 0.5) * weights[:, None]
-    share = [
+    columns = [
         Legendre(row).integ(lbnd=-1.0)(2.0 * np.asarray(at) - 1.0) / weight
         for row, weight in zip(series, weights, strict=True)
     ]
-    return np.stack(share, axis=1)
+    return np.column_stack(columns)
 
 
 def discretise(

@@ -61,6 +61,8 @@ def quantity(
     def refuse(reason: str) -> InputError:
         return InputError(reason, field=field, source=source)
 
+    if type(value) is float and minimum < value < maximum:  # finite: no bound is
+        return value
     wanted = f"a number in {unit}" if unit else "a pure number"
     if isinstance(value, str):
         number = _magnitude(value, unit, wanted, refuse)

@@ -14,8 +14,10 @@ from hma_gripper_sim.choices import Choice, Resolution, choose_resolution, expla
 from hma_gripper_sim.contour import Circle, Contour, face_normals
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.discretisation import DISCRETISATIONS, HalfGripper, discretise
+from hma_gripper_sim.equilibrium import start_state
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.contact import ContactLaw, Fingertip
+from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.quantities import choice, quantity, whole_number
@@ -222,6 +224,19 @@ class Scene:
             for side in SIDES
         )
         return right, left
+
+    @cached_property
+    def start_states(self) -> tuple[HalfState, HalfState]:
+        """Both halves hanging at rest at travel 0; not to be changed.
+
+        Raises
+        ------
+        SimulationError
+            There is no static equilibrium.
+        """
+        right, left = self.models
+        state = start_state(right)
+        return state, state if self.is_symmetric else start_state(left)
 
     @cached_property
     def _fingertip(self) -> Fingertip:

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
-from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.integrator import (
     DONE,
     FULL,
@@ -24,7 +23,7 @@ from hma_gripper_sim.kernels.integrator import (
     integrate,
     step_work,
 )
-from hma_gripper_sim.kernels.stage import Model, allocate, solve_stage
+from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.motion import Velocity, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
@@ -35,9 +34,7 @@ from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
-FIRST_STEP = 1e-4  # s
-ROWS = 1024  # of a record before it first grows
-LOAD_INCREMENTS = (1, 10, 100)  # of gravity, tried in this order until the start pose is found
+ROWS = 256  # of a record before it first grows
 
 
 @dataclass(frozen=True)
@@ -85,59 +82,11 @@ class Snapshot:
 class Half:
     """State and buffers of one half."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, state: HalfState) -> None:
         self.model = model
         self.work = allocate(model)
         self.scratch = step_work(model.chain.rest.size, len(self.work.contact.normal_force))
-        self.state = self.rest_state()
-
-    def rest_state(self) -> HalfState:
-        """Static equilibrium at travel 0, to rounding."""
-        n = self.model.chain.rest.size
-        q, v, a = np.zeros(n), np.zeros(n), np.zeros(n)
-        candidates = len(self.work.contact.normal_force)
-        if not any(self._settle(increments, q, v, a) for increments in LOAD_INCREMENTS):
-            raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
-        load = self.work.tip.root_force[0]
-        margin, drift = np.zeros((candidates, 2)), np.zeros((candidates, 2))
-        measure_gaps(
-            self.model.fingertip,
-            self.model.obstacle,
-            self.work.contact.pose,
-            self.work.tip.twist,
-            self.work.contact.modes,
-            margin,
-            drift,
-        )
-        return HalfState(
-            clock=np.array(
-                [0.0, FIRST_STEP, max(abs(load), _bending_force(self.model.chain)), 0.0]
-            ),
-            q=q,
-            v=v,
-            a=a,
-            wrench=self.work.tip.wrench.copy(),
-            modes=_copy_modes(self.work.contact.modes),
-            margin=margin,
-            drift=drift,
-            load=np.array([load]),
-            work=np.zeros(4),
-            counts=np.zeros(3, dtype=np.int64),
-        )
-
-    def _settle(self, increments: int, q: Array, v: Array, a: Array) -> bool:
-        """Hang the stress-free gripper up with the gravity rising in a number of increments."""
-        q[:] = 0.0
-        self.work.base[:] = 0.0
-        self.work.tip.wrench[:] = 0.0
-        copy_modes(contact_modes(len(self.work.contact.normal_force)), self.work.contact.modes)
-        zero = np.zeros(len(q))
-        for share in np.arange(1, increments + 1) / increments:
-            model = self.model._replace(gravity=share * self.model.gravity)
-            if not solve_stage(model, 0.0, 1e-14, zero, zero, q, v, a, self.work):
-                return False
-            self.work.tip.wrench[:] = self.work.contact.wrench
-        return True
+        self.state = copy_state(state)
 
     def advance(
         self, motion: Motion, tolerance: float, record: Record
@@ -201,8 +150,8 @@ class Simulation:
     def reset(self) -> None:
         """Go back to the start: static equilibrium, travel 0, time 0, at rest."""
         self.time = self.travel = self.velocity = self._acceleration = 0.0
-        for half in self._halves:
-            half.state = half.rest_state()
+        for half, state in zip(self._halves, self._scene.start_states, strict=False):
+            half.state = copy_state(state)
 
     def step(self, duration: float, velocity: float) -> None:
         """Advance by exactly `duration` [s] while the velocity goes linearly to `velocity` [m/s].
@@ -274,7 +223,9 @@ class Simulation:
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
         touches = find_unmodelled_touches(self._scene, motion, records)
-        steps, rejected, iterations = (int(count) for count in self._counts() - counts)
+        steps, rejected, iterations = (
+            now - then for now, then in zip(self._counts(), counts, strict=True)
+        )
         stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
         trace = Trace(self._scene, motion, records, sample_period, stats, touches)
         if stats.converged:
@@ -320,7 +271,7 @@ class Simulation:
 
     def snapshot(self) -> Snapshot:
         """A copy of the complete state."""
-        halves = tuple(_copy(half.state) for half in self._halves)
+        halves = tuple(copy_state(half.state) for half in self._halves)
         return Snapshot(self.time, self.travel, self.velocity, self._acceleration, halves)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -339,7 +290,7 @@ class Simulation:
         self.time, self.travel = snapshot.time, snapshot.travel
         self.velocity, self._acceleration = snapshot.velocity, snapshot.acceleration
         for half, state in zip(self._halves, snapshot.halves, strict=True):
-            half.state = _copy(state)
+            half.state = copy_state(state)
 
     def change_scene(self, scene: Scene) -> None:
         """Put another object or another contact law under the same gripper, in its present pose.
@@ -385,9 +336,10 @@ class Simulation:
         self._halves = halves
         self._ticks = [empty_record(half, 64) for half in halves]
 
-    def _counts(self) -> NDArray[np.int64]:
+    def _counts(self) -> list[int]:
         """Steps, rejected steps and Newton iterations of all halves so far."""
-        return np.asarray(np.sum([half.state.counts for half in self._halves], axis=0))
+        counts = (half.state.counts.tolist() for half in self._halves)
+        return [sum(count) for count in zip(*counts, strict=True)]
 
     def _arrive(self, motion: Motion, velocity: float) -> None:
         self.time = float(motion.time[-1])
@@ -449,14 +401,11 @@ def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> f
 
 
 def _build_halves(scene: Scene, both: bool = False) -> list[Half]:
-    models = scene.models if both or not scene.is_symmetric else scene.models[:1]
-    return [Half(model) for model in models]
-
-
-def _bending_force(chain: Chain) -> float:
-    """Force across the end of a straight chain that bends it by about two radians [N]."""
-    length = float(np.hypot(chain.link[:, 0], chain.link[:, 1]).sum())
-    return 2.0 / (float((1.0 / chain.stiffness).sum()) * length)
+    count = 2 if both or not scene.is_symmetric else 1
+    return [
+        Half(model, state)
+        for model, state in zip(scene.models[:count], scene.start_states, strict=False)
+    ]
 
 
 def empty_record(half: Half, rows: int) -> Record:
@@ -481,12 +430,3 @@ def _write_row(record: Record, row: int, state: HalfState) -> None:
     record.wrench[row] = state.wrench
     record.load[row] = state.load[0]
     record.work[row] = state.work
-
-
-def _copy(state: HalfState) -> HalfState:
-    parts = {name: part.copy() for name, part in state._asdict().items() if name != "modes"}
-    return HalfState(modes=_copy_modes(state.modes), **parts)
-
-
-def _copy_modes(modes: ContactModes) -> ContactModes:
-    return ContactModes(modes.normal.copy(), modes.friction.copy(), modes.stick_force.copy())

@@ -290,13 +290,13 @@ def find_unmodelled_touches(
         angles = record.q if mirrored else _linear(record.time, other.time, other.q)
         states = Recorded(record.time, travel, record.q, angles)
         first_touches(model.chain, half.segments, model.obstacle, states, work, found)
-        for part, (time, x, z) in enumerate(found):
-            if np.isinf(time):
+        for part, (time, x, z) in enumerate(found.tolist()):
+            if math.isinf(time):
                 continue
             for side in SIDES if mirrored else SIDES[i : i + 1]:
                 if part != OTHER_TIP or side == "right":
-                    place = (float(x) if side == "right" else -float(x), float(z))
-                    touch = UnmodelledContactWarning(PART_NAMES[part], side, float(time), place)
+                    place = (x if side == "right" else -x, z)
+                    touch = UnmodelledContactWarning(PART_NAMES[part], side, time, place)
                     touches.append(touch)
     return tuple(sorted(touches, key=lambda touch: touch.time))
 

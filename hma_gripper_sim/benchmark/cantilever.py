@@ -27,6 +27,7 @@ from hma_gripper_sim.benchmark.measuring import interleaved
 from hma_gripper_sim.contour import Circle
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.discretisation import cantilever
+from hma_gripper_sim.equilibrium import start_state
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.motion import ramp
@@ -114,10 +115,11 @@ def rest_run(elements: int) -> Callable[[], float]:
     )
     model: Model = template._replace(chain=chain, obstacle=obstacle, gravity=GRAVITY)
     motion = ramp(0.0, 0.0, DURATION, 0.0, 0.0, True)
+    straight = start_state(model)
+    straight.q[:] = 0.0
 
     def run() -> float:
-        half = Half(model)
-        half.state.q[:] = 0.0
+        half = Half(model, straight)
         half.advance(motion, TOLERANCE, empty_record(half, ROWS))
         return _deflection(chain, half.state.q)
 

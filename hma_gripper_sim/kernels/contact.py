@@ -166,6 +166,12 @@ def measure_gaps(
 
 
 @kernel
+def force_noise(law: ContactLaw, s: float) -> float:
+    """How exactly a contact force can be known in the face of rounding [N]."""
+    return FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
+
+
+@kernel
 def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
     """Revise a normal mode; `push` is the force that the closed contact would have."""
     if mode == CLOSED:
@@ -458,7 +464,7 @@ def solve_contact(
     within `FORCE_ACCURACY` or `precision` of the contact force.
     """
     compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
-    noise = FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
+    noise = force_noise(law, s)
     for j in range(3):
         work.increment[j] = tip.free[j]
     fresh, revisions = True, 0

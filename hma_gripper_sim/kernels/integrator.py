@@ -21,6 +21,7 @@ from hma_gripper_sim.kernels.contact import (
     ContactWork,
     contact_modes,
     copy_modes,
+    force_noise,
     measure_gaps,
 )
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
@@ -46,6 +47,7 @@ FORCE_TIME = 5e-3  # s
 FORCE_TRAVEL = 2e-5  # m of the base
 MEMORY = 0.1  # s
 CROWD = 20.0
+NOISE = 10.0  # of the contact force by rounding: less is no error of the step
 
 DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
 
@@ -271,7 +273,7 @@ def integrate(
 @kernel
 def _crowding(state: HalfState, h: float) -> float:
     """Number of steps within the memory, the one of length `h` that follows `state` included."""
-    return 1.0 + state.clock[3] * np.exp(-h / MEMORY)
+    return float(1.0 + state.clock[3] * np.exp(-h / MEMORY))
 
 
 @kernel
@@ -386,6 +388,7 @@ def _try_step(
     error = angle / (ANGLE * tolerance)
     if not fresh:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
+        defect = max(0.0, defect - NOISE * force_noise(model.law, s))
         scale = max(state.clock[2], abs(outer_load))
         resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(work.base[1])))
         weight = min(1.0, h / resolution) * max(1.0, _crowding(state, h) / CROWD)

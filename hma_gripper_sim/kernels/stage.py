@@ -30,7 +30,7 @@ from hma_gripper_sim.kernels.proximity import Obstacle
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
-CONSISTENT = 1e-2  # of a contact's depth: how well the tip's place is known after a stage
+CONSISTENT = 3e-2  # of a contact's depth: how well the tip's place is known after a stage
 MAX_TURN = 1.0  # rad; a larger correction of a body's angle is not believed
 
 

@@ -102,7 +102,8 @@ def test_events_are_expected_where_their_margin_is_used_up(
     already, that of the step before.
     """
     before, after, event = EVENTS[name]
-    half = Half(Scene(design, Circle(0.015)).models[0])
+    scene = Scene(design, Circle(0.015))
+    half = Half(scene.models[0], scene.start_states[0])
     state, modes, inner = half.state, half.work.contact.modes, half.scratch.modes
     state.modes.normal[0], state.modes.friction[0] = before
     modes.normal[0], modes.friction[0] = after
