@@ -187,7 +187,7 @@ def discretise(
         inertia=np.array([piece.inertia for piece in whole]),
         stiffness=design.bending_stiffness / lengths,
         damping=damping,
-        straightening=_straightening(discretisation, top, beam),
+        straightening=_straightening(top, beam) if discretisation == "gauss" else np.zeros(n),
     )
     weights = np.zeros(n)
     weights[:elements_top] = 1.0
@@ -232,12 +232,12 @@ def cantilever(
         inertia=zeros,
         stiffness=bending_stiffness / lengths,
         damping=zeros,
-        straightening=_straightening(discretisation, whole),
+        straightening=_straightening(whole) if discretisation == "gauss" else zeros,
     )
 
 
-def _straightening(discretisation: str, *parts: Partition) -> Array:
-    """How much shorter than bent GBEs hinged ones are, per square of the joint's angle [m/rad^2].
+def _straightening(*parts: Partition) -> Array:
+    """How much shorter than bent ones hinged GBEs are, per square of the joint's angle [m/rad^2].
 
     Foreshortening is half the integral of the square of the beam's angle.  What a hinge's step
     adds to it is its product with the angle, of which Gauss points leave nothing over the whole
@@ -246,8 +246,6 @@ def _straightening(discretisation: str, *parts: Partition) -> Array:
     """
     inner = np.concatenate([part.joints - np.cumsum(part.lengths) + part.lengths for part in parts])
     lengths = np.concatenate([part.lengths for part in parts])
-    if discretisation != "gauss":
-        return np.zeros_like(lengths)
     return np.asarray((inner**3 + (lengths - inner) ** 3) / (6.0 * lengths**2))
 
 
@@ -317,8 +315,8 @@ def _segments(
         part, _ = body.joint
         last_top = part == "top" and bodies[i + 1].joint[0] != "top"
         if last_top:
-            end = corner[0] + design.top_end - design.corner[0]
-            rows.append((i, TOP_BEAM, 0.0, 0.0, end, 0.0))
+            far = corner[0] + design.top_end - design.corner[0]
+            rows.append((i, TOP_BEAM, 0.0, 0.0, far, 0.0))
             if body.link != corner:
                 rows.append((i, SIDE_BEAM, *corner, *body.link))
         elif i < len(bodies) - 1:

@@ -95,7 +95,12 @@ def _height_and_motion(scene: Scene, q: Array, v: Array, speed: Array) -> tuple[
     turn = np.cumsum(v, axis=1)
     link = np.exp(1j * angle) * (chain.link[:, 0] + 1j * chain.link[:, 1])
     arm = np.exp(1j * angle) * (chain.centre[:, 0] + 1j * chain.centre[:, 1])
-    place = np.cumsum(link, axis=1) - link + arm
-    rate = 1j * (np.cumsum(link * turn, axis=1) - link * turn + arm * turn) - 1j * speed[:, None]
+    # Joints slide by straightening q^2 along the beam, whose direction turns by half of q.
+    along = chain.straightening * np.exp(1j * (angle - 0.5 * q))
+    slide = along * q**2
+    slide_rate = along * 2.0 * q * v + 1j * slide * (turn - 0.5 * v)
+    place = np.cumsum(link + slide, axis=1) - link + arm
+    rate = np.cumsum(1j * link * turn + slide_rate, axis=1) - 1j * link * turn + 1j * arm * turn
+    rate -= 1j * speed[:, None]
     energy = 0.5 * (np.abs(rate) ** 2 @ chain.mass + turn**2 @ chain.inertia)
     return np.asarray(place.imag), np.asarray(energy)

@@ -50,11 +50,11 @@ class Scene:
     contact
         ``continuous``: the tip's capsule; ``sampled``: the contact points of the thesis.
     discretisation
-        ``thesis`` or ``midpoint`` (see `hma_gripper_sim.discretisation`); None: ``thesis``,
-        or ``midpoint`` when an accuracy is asked for.
+        ``thesis``, ``midpoint`` or ``gauss`` (see `hma_gripper_sim.discretisation`); None:
+        ``thesis``, or ``gauss`` when an accuracy is asked for.
     elements_top, elements_beam
         GBEs of half the top beam and of a side beam; None: as in the design for ``thesis``,
-        2 and 8 for ``midpoint``, or as many as the accuracy needs.
+        2 and 8 for ``midpoint``, 2 and 4 for ``gauss``, or as many as the accuracy needs.
     sampled_normal
         Direction of sampled contact forces: the normal of the ``tip`` or of the ``object``;
         None: of the object for circles, of the tip otherwise, as in the thesis.

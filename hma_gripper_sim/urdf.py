@@ -67,9 +67,13 @@ def gripper_urdf(
     Raises
     ------
     InputError
-        The name of the parent is empty or taken, a number is not finite, a place or an arm is
-        given without a parent, or the arm has no such link or names of the gripper's.
+        The discretisation is ``gauss``, the name of the parent is empty or taken, a number is
+        not finite, a place or an arm is given without a parent, or the arm has no such link or
+        names of the gripper's.
     """
+    if scene.half.chain.straightening.any():
+        reason = "its joints slide as they turn, which a URDF cannot say: take another one"
+        raise InputError(reason, field="discretisation")
     place = {
         name: [quantity(value, unit, field=name) for value in values]
         for name, values, unit in (("xyz", xyz, "m"), ("rpy", rpy, "rad"))

@@ -10,7 +10,13 @@ import pytest
 
 from hma_gripper_sim import GripperDesign, Scene
 from hma_gripper_sim.contour import Circle
-from hma_gripper_sim.discretisation import HalfGripper, cantilever, discretise
+from hma_gripper_sim.discretisation import (
+    HalfGripper,
+    cantilever,
+    discretise,
+    partition,
+    tangent_weights,
+)
 from hma_gripper_sim.trace import beam_chord, beam_tangent
 
 SPLITS = [("thesis", 5, 25), ("midpoint", 5, 25), ("midpoint", 1, 1), ("midpoint", 1, 3)]
@@ -177,3 +183,25 @@ def test_cantilever_chain(discretisation: str) -> None:
     assert chain.root[0] + chain.link[:, 0].sum() == pytest.approx(0.03)
     joints = 10 if discretisation == "midpoint" else 9
     assert (1.0 / chain.stiffness).sum() == pytest.approx(0.003 * joints / 2e-4)
+
+
+@pytest.mark.parametrize(
+    ("discretisation", "elements", "degree"),
+    [("thesis", 8, 0), ("midpoint", 5, 0), ("gauss", 2, 1), ("gauss", 3, 2), ("gauss", 6, 5)],
+)
+def test_tangents_of_a_beam_of_polynomial_curvature(
+    discretisation: str, elements: int, degree: int
+) -> None:
+    """Bent with curvature s^degree, each GBE by its length times that at its joint.
+
+    The tangent turns by s^(degree + 1) / (degree + 1); `gauss` interpolates polynomials up to its
+    number of joints exactly, the others a constant. The thesis' first joint stands at the start:
+    bodies are half a GBE ahead, and reach their last tangent half a GBE before the end.
+    """
+    at = np.linspace(0.2, 0.9, 8)
+    joints, lengths = partition(discretisation, elements)
+    angles = lengths * joints**degree
+    ahead = 0.5 / elements if discretisation == "thesis" else 0.0
+    wanted = (at + ahead) ** (degree + 1) / (degree + 1)
+    turned = tangent_weights(discretisation, elements, at) @ angles
+    np.testing.assert_allclose(turned, wanted, rtol=1e-12)

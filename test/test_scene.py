@@ -76,7 +76,7 @@ def test_first_touch_after_the_clearance(
         assert gap_after(scene, travel) > 1e-5
 
 
-@pytest.mark.parametrize("discretisation", ["thesis", "midpoint"])
+@pytest.mark.parametrize("discretisation", ["thesis", "midpoint", "gauss"])
 def test_placement_does_not_depend_on_the_resolution(
     design: GripperDesign, discretisation: str
 ) -> None:

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 TIGHT = 1e-5
 CONTINUUM = (40, 200)  # GBEs per half that stand for the continuum
-FIRST_ORDER, SECOND_ORDER = "thesis", "midpoint"
+FIRST_ORDER, SECOND_ORDER, HIGH_ORDER = "thesis", "midpoint", "gauss"
 
 
 @dataclass(frozen=True)
@@ -149,9 +149,14 @@ def _time_steps(task: Task, text: str, full: bool, tick: Callable[[], None]) -> 
 def cantilever_studies(full: bool, tick: Callable[[], None]) -> list[Study]:
     """Deflection of the thesis' cantilever with ever more GBEs."""
     found = []
-    for kind in (FIRST_ORDER, SECOND_ORDER):
+    many = (10, 20, 50, 100, 200, 500) if full else (10, 20, 50)
+    for kind, counts in (
+        (FIRST_ORDER, many),
+        (SECOND_ORDER, many),
+        (HIGH_ORDER, (3, 4, 6, 8, 12, 16) if full else (3, 4, 6)),
+    ):
         rows = []
-        for n in (10, 20, 50, 100, 200, 500) if full else (10, 20, 50):
+        for n in counts:
             start = process_time()
             deflection = cantilever_deflection(n, kind)
             spent = process_time() - start
@@ -170,7 +175,7 @@ def cantilever_studies(full: bool, tick: Callable[[], None]) -> list[Study]:
 
 
 def _gripper(task: Task, full: bool, tick: Callable[[], None]) -> list[Study]:
-    """Both discretisations against a fine midpoint model, with both laws of damping."""
+    """All discretisations against a fine midpoint model, with both laws of damping."""
     scene = replace(task.scene, symmetry=None)
     design = scene.design
     top, beam = CONTINUUM if full else (10, 50)
@@ -178,12 +183,13 @@ def _gripper(task: Task, full: bool, tick: Callable[[], None]) -> list[Study]:
     tolerance = 1e-6 if full else TIGHT
     reference = _reference(task, fine, tolerance)
     tick()
-    counts = ((1, 3), (2, 8), (5, 25), (10, 50), (20, 100)) if full else ((1, 3), (2, 8), (5, 25))
+    many = ((1, 3), (2, 8), (5, 25), (10, 50), (20, 100)) if full else ((1, 3), (2, 8), (5, 25))
     found = []
-    for kind, scaled, title in (
-        (SECOND_ORDER, True, "midpoint, Kelvin-Voigt damping"),
-        (FIRST_ORDER, True, "thesis, Kelvin-Voigt damping"),
-        (FIRST_ORDER, False, "thesis, the same damping at every joint"),
+    for kind, counts, scaled, title in (
+        (HIGH_ORDER, ((1, 2), (2, 3), (2, 4), (3, 6)), True, "gauss, Kelvin-Voigt damping"),
+        (SECOND_ORDER, many, True, "midpoint, Kelvin-Voigt damping"),
+        (FIRST_ORDER, many, True, "thesis, Kelvin-Voigt damping"),
+        (FIRST_ORDER, many, False, "thesis, the same damping at every joint"),
     ):
         rows = []
         for top, beam in counts:

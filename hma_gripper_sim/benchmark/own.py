@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -24,9 +23,7 @@ QUICK_REFERENCE_TOLERANCE = 1e-7
 
 def run(task: Task, scene: Scene, tolerance: float, sample_period: float) -> Trace:
     """Simulate, with the forces sampled."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        trace = simulate(scene, task.velocity, task.duration, tolerance, sample_period)
+    trace = simulate(scene, task.velocity, task.duration, tolerance, sample_period)
     if not trace.stats.converged:
         raise RuntimeError(trace.stats.outcome.value)
     _ = trace.actuator_force

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -75,7 +76,16 @@ def test_the_loaded_cantilever_comes_to_rest_where_it_is_in_equilibrium():
 
 
 def test_a_verdict_names_every_defect():
-    verdict = Verdict(Outcome.CONVERGED, 0.02, 0.01, False, 1, 0, 0.1)
+    verdict = Verdict(Outcome.CONVERGED, 0.02, 0.001, 0.01, False, 1, 0, 0.1)
     assert len(verdict.failures) == 3
-    assert Verdict(Outcome.CONVERGED, 0.0, 0.0, True, 1, 0, 0.1).failures == ()
-    assert Verdict(Outcome.NO_EQUILIBRIUM, None, None, True, 0, 0, 0.1).failures == ()
+    assert Verdict(Outcome.CONVERGED, 0.0, None, 0.0, True, 1, 0, 0.1).failures == ()
+    assert Verdict(Outcome.NO_EQUILIBRIUM, None, None, None, True, 0, 0, 0.1).failures == ()
+
+
+def test_a_chaotic_motion_is_judged_by_its_own_sensitivity():
+    chaotic = Verdict(Outcome.CONVERGED, 0.2, 0.3, 0.0, True, 1, 0, 0.1)
+    assert chaotic.failures == ()
+    worse = dataclasses.replace(chaotic, deviation=0.7)
+    assert len(worse.failures) == 1
+    unknown = dataclasses.replace(chaotic, sensitivity=math.nan)
+    assert len(unknown.failures) == 1

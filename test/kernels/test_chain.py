@@ -294,6 +294,7 @@ def test_newton_step_of_a_random_chain() -> None:
         inertia=rng.uniform(1e-6, 1e-5, size=n),
         stiffness=rng.uniform(0.5, 1.0, size=n),
         damping=np.zeros(n),
+        straightening=np.zeros(n),
     )
     q = rng.normal(size=n) * 0.1
     wrench = rng.normal(size=3) * (0.5, 0.5, 0.005)
@@ -324,3 +325,92 @@ def test_newton_step_of_a_random_chain() -> None:
     assert eliminate(chain, 0.0, q, at_rest, work, tip)
     substitute(work, np.zeros(3), dq)
     np.testing.assert_allclose(dq, wanted, rtol=1e-6, atol=1e-9)
+
+
+def test_newton_step_of_a_chain_whose_joints_slide() -> None:
+    """Statics of joints that slide by c q^2 along the bisector of the bodies they connect.
+
+    The balance is the gradient of the energy of springs, gravity and a dead wrench on the last
+    body, its derivative the Hessian, both here by central differences of second order.
+    """
+    rng = np.random.default_rng(5)
+    n = 5
+    chain = Chain(
+        root=rng.normal(size=2) * 0.01,
+        link=rng.normal(size=(n, 2)) * 0.01,
+        centre=rng.normal(size=(n, 2)) * 0.005,
+        rest=rng.normal(size=n),
+        mass=rng.uniform(0.01, 0.1, size=n),
+        inertia=rng.uniform(1e-6, 1e-5, size=n),
+        stiffness=rng.uniform(0.05, 0.1, size=n),
+        damping=np.zeros(n),
+        straightening=rng.uniform(0.002, 0.01, size=n),
+    )
+    q = rng.normal(size=n) * 0.3
+    wrench = rng.normal(size=3) * (0.5, 0.5, 0.005)
+
+    def energy(q: np.ndarray) -> float:
+        theta = np.cumsum(chain.rest + q)
+        turn = np.exp(1j * theta)
+        slide = chain.straightening * q**2 * np.exp(1j * (theta - 0.5 * q))
+        link = turn * (chain.link[:, 0] + 1j * chain.link[:, 1])
+        joints = np.cumsum(slide) + np.concatenate([[0.0], np.cumsum(link)[:-1]])
+        centres = joints + turn * (chain.centre[:, 0] + 1j * chain.centre[:, 1])
+        dead = wrench[0] * joints[-1].real + wrench[1] * joints[-1].imag + wrench[2] * theta[-1]
+        return float(0.5 * chain.stiffness @ q**2 + G * chain.mass @ centres.imag - dead)
+
+    def gradient(q: np.ndarray) -> np.ndarray:
+        steps = 1e-4 * np.eye(n)
+        return np.array([(energy(q + step) - energy(q - step)) / 2e-4 for step in steps])
+
+    hessian = np.array([(gradient(q + s) - gradient(q - s)) / 2e-4 for s in 1e-4 * np.eye(n)])
+    wanted = np.linalg.solve(hessian, -gradient(q))
+
+    work, tip, at_rest, dq = chain_work(n), tip_response(), np.zeros(n), np.zeros(n)
+    place(chain, np.zeros(3), G, q, at_rest, at_rest, work, tip)
+    tip.wrench[:] = wrench
+    assert eliminate(chain, 0.0, q, at_rest, work, tip)
+    substitute(work, np.zeros(3), dq)
+    np.testing.assert_allclose(dq, wanted, rtol=1e-5, atol=1e-6)
+
+
+def test_motion_of_a_chain_whose_joints_slide() -> None:
+    """Rate and loads of a moving chain are the time derivatives of its places."""
+    rng = np.random.default_rng(7)
+    n, step = 4, 1e-4
+    chain = Chain(
+        root=rng.normal(size=2) * 0.01,
+        link=rng.normal(size=(n, 2)) * 0.01,
+        centre=rng.normal(size=(n, 2)) * 0.005,
+        rest=rng.normal(size=n),
+        mass=rng.uniform(0.01, 0.1, size=n),
+        inertia=rng.uniform(1e-6, 1e-5, size=n),
+        stiffness=np.ones(n),
+        damping=np.zeros(n),
+        straightening=rng.uniform(0.002, 0.01, size=n),
+    )
+    q, v, a = rng.normal(size=(3, n))
+
+    def sweep(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        work, tip = chain_work(n), tip_response()
+        rate = v + a * t
+        place(chain, np.zeros(3), 0.0, q + t * (v + 0.5 * a * t), rate, a, work, tip)
+        joints = np.vstack([np.zeros(2), np.cumsum(work.step[:-1], axis=0)])
+        first = tip.pose[:2] - joints[-1]
+        return first + joints + work.arm, work.load.copy(), tip.twist.copy()
+
+    before, (centres, load, twist), after = sweep(-step), sweep(0.0), sweep(step)
+    second = (after[0] - 2.0 * centres + before[0]) / step**2
+    np.testing.assert_allclose(load[:, :2], -chain.mass[:, None] * second, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(load[:, 2], -chain.inertia * np.cumsum(a), rtol=1e-12)
+    tip_joint = [moment[0][-1] for moment in (before, after)]
+    arm_rate = np.cumsum(v)[-1]
+    assert twist[2] == pytest.approx(arm_rate, rel=1e-12)
+    # The rate of the last centre is that of the last joint plus that of its arm.
+    centre_rate = (tip_joint[1] - tip_joint[0]) / (2.0 * step)
+    theta = np.cumsum(chain.rest + q)[-1]
+    arm = np.exp(1j * theta) * complex(*chain.centre[-1])
+    turned = 1j * arm_rate * arm
+    np.testing.assert_allclose(
+        centre_rate - np.array([turned.real, turned.imag]), twist[:2], rtol=1e-5, atol=1e-9
+    )
