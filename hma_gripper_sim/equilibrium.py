@@ -61,8 +61,19 @@ def start_state(model: Model) -> HalfState:
 
 def copy_state(state: HalfState) -> HalfState:
     """A state with arrays of its own."""
-    parts = {name: part.copy() for name, part in state._asdict().items() if name != "modes"}
-    return HalfState(modes=_copy_modes(state.modes), **parts)
+    return HalfState(
+        state.clock.copy(),
+        state.q.copy(),
+        state.v.copy(),
+        state.a.copy(),
+        state.wrench.copy(),
+        _copy_modes(state.modes),
+        state.margin.copy(),
+        state.drift.copy(),
+        state.load.copy(),
+        state.work.copy(),
+        state.counts.copy(),
+    )
 
 
 def _copy_modes(modes: ContactModes) -> ContactModes:

@@ -60,6 +60,7 @@ class TipResponse(NamedTuple):
     """Where the tip is, and how the linearised chain lets it move."""
 
     pose: Array  # x, z of the last joint and the last body's angle, shape (3,)
+    turn: Array  # cosine and sine of that angle, shape (2,)
     twist: Array  # their rates, shape (3,)
     wrench: Array  # estimated contact wrench about the last joint: fx, fz, m; shape (3,)
     free: Array  # increment of the pose under the estimated wrench, shape (3,)
@@ -85,7 +86,13 @@ def chain_work(n: int) -> ChainWork:
 def tip_response() -> TipResponse:
     """Allocate the buffers of a tip."""
     return TipResponse(
-        np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros((3, 3)), np.zeros(4)
+        np.zeros(3),
+        np.array([1.0, 0.0]),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros((3, 3)),
+        np.zeros(4),
     )
 
 
@@ -102,14 +109,12 @@ def rotation(angle: float) -> tuple[float, float]:
 
 @kernel
 def _slide(
-    straightening: float, q: float, cos: float, sin: float, i: int, work: ChainWork
+    straightening: float, q: float, tx: float, tz: float, i: int, work: ChainWork
 ) -> tuple[float, float]:
     """How far joint `i` has slid; what that changes by per angle goes into `work`.
 
-    The beam's direction at the joint lies half-way between the bodies before and after it.
+    (tx, tz) is the beam's direction there: half-way between the bodies before and after it.
     """
-    half_cos, half_sin = rotation(0.5 * q)
-    tx, tz = cos * half_cos + sin * half_sin, sin * half_cos - cos * half_sin
     along, across = 2.0 * straightening * q, 0.5 * straightening * q * q
     work.slide[i, 0] = along * tx - across * tz
     work.slide[i, 1] = along * tz + across * tx
@@ -145,10 +150,14 @@ def place(
         angle += chain.rest[i] + q[i]
         omega += v[i]
         alpha += a[i]
-        turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
-        cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
         if chain.straightening[i] > 0.0:
-            sx, sz = _slide(chain.straightening[i], q[i], cos, sin, i, work)
+            half_cos, half_sin = rotation(0.5 * q[i])
+            if chain.rest[i] != 0.0:
+                rest_cos, rest_sin = rotation(chain.rest[i])
+                cos, sin = cos * rest_cos - sin * rest_sin, sin * rest_cos + cos * rest_sin
+            tx, tz = cos * half_cos - sin * half_sin, sin * half_cos + cos * half_sin
+            cos, sin = tx * half_cos - tz * half_sin, tz * half_cos + tx * half_sin
+            sx, sz = _slide(chain.straightening[i], q[i], tx, tz, i, work)
             gx, gz = work.slide[i, 0], work.slide[i, 1]
             hx, hz = work.swerve[i, 0], work.swerve[i, 1]
             before = omega - v[i]
@@ -164,6 +173,9 @@ def place(
             if i > 0:
                 work.step[i - 1, 0] += sx
                 work.step[i - 1, 1] += sz
+        else:
+            turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
+            cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
         cx = cos * chain.centre[i, 0] - sin * chain.centre[i, 1]
         cz = sin * chain.centre[i, 0] + cos * chain.centre[i, 1]
         work.arm[i, 0] = cx
@@ -187,6 +199,8 @@ def place(
     tip.pose[0] = x
     tip.pose[1] = z
     tip.pose[2] = angle
+    tip.turn[0] = cos
+    tip.turn[1] = sin
     tip.twist[0] = vx
     tip.twist[1] = vz
     tip.twist[2] = omega

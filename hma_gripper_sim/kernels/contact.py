@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.chain import TipResponse
+from hma_gripper_sim.kernels.chain import TipResponse, rotation
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.proximity import (
     Obstacle,
@@ -270,7 +270,9 @@ def _evaluate(
         work.pose[j] = tip.pose[j] + work.increment[j]
     work.wrench[:] = 0.0
     work.tangent[:, :] = 0.0
-    cos, sin = np.cos(work.pose[2]), np.sin(work.pose[2])
+    turn_cos, turn_sin = rotation(work.increment[2])
+    cos = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
+    sin = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
     vx = tip.twist[0] + s * work.increment[0]
     vz = tip.twist[1] + s * work.increment[1]
     omega = tip.twist[2] + s * work.increment[2]
