@@ -317,12 +317,18 @@ def press(
     return np.array([x, brentq(gap, below, below + 1.5e-4, xtol=1e-15), angle])
 
 
+def put(tip: TipResponse, pose: np.ndarray) -> None:
+    """Put the tip's last joint and angle at (x, z, angle)."""
+    tip.pose[:] = pose
+    tip.turn[:] = math.cos(pose[2]), math.sin(pose[2])
+
+
 def prepare(
     fingertip: Fingertip, target: Obstacle, pose: np.ndarray, friction: int, normal: int = CLOSED
 ) -> tuple[TipResponse, ContactWork]:
     """A tip at rest in a pose, with fixed modes for every contact that is pressed in."""
     tip = tip_response()
-    tip.pose[:] = pose
+    put(tip, pose)
     tip.compliance[:, :] = np.diag([0.1, 0.2, 300.0])
     work = contact_work(fingertip)
     if fingertip.capsule:
@@ -523,7 +529,7 @@ def test_contact_solution_obeys_law_and_chain(
     target = obstacle(Circle(0.015))
     law = ContactLaw(1e4, 1.0, friction, slip_velocity)
     tip = tip_response()
-    tip.pose[:] = press(fingertip, target, rng.uniform(0.0, 0.01), -1.2, 1e-9)
+    put(tip, press(fingertip, target, rng.uniform(0.0, 0.01), -1.2, 1e-9))
     tip.twist[:] = rng.normal(size=3) * (0.004, 0.004, 0.1)
     root = rng.normal(size=(3, 3)) * np.array([[0.002], [0.002], [0.2]])
     tip.compliance[:, :] = root @ root.T
