@@ -92,6 +92,7 @@ class DemoClient:
         self._progress = lambda: None
         end = self._gripper.state.stamp
         self._wait(lambda: self._recorder.stamp >= end, _ANSWER_TIMEOUT, "last states")
+        self._wait(lambda: self._recorder.command == 0.0, _ANSWER_TIMEOUT, "last command")
         self._recorder.finish()
         self._wait(lambda: self._recorder.finished, _ANSWER_TIMEOUT, "last messages")
 
