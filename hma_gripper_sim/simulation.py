@@ -34,7 +34,7 @@ from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
-ROWS = 256  # of a record before it first grows
+ROWS, TICK_ROWS = 256, 64  # of the record of a run, or of a step, before it first grows
 
 
 @dataclass(frozen=True)
@@ -86,22 +86,24 @@ class Half:
         self.model = model
         self.work = allocate(model)
         self.scratch = step_work(model.chain.rest.size, len(self.work.contact.normal_force))
-        self.state = copy_state(state)
+        self.state = state  # never changed in place: it may be anyone's snapshot
 
     def advance(
         self, motion: Motion, tolerance: float, record: Record
     ) -> tuple[Outcome, Record, int]:
         """Step to the end of `motion`; the record grows as it must."""
+        state = copy_state(self.state)
         filled = 0
-        _write_row(record, filled, self.state)
+        _write_row(record, filled, state)
         filled += 1
         while True:
             status, filled = integrate(
-                self.model, motion, tolerance, self.state, record, filled, self.work, self.scratch
+                self.model, motion, tolerance, state, record, filled, self.work, self.scratch
             )
             if status != FULL:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
+        self.state = state
         outcome = {DONE: Outcome.CONVERGED, NOT_FINITE: Outcome.NOT_FINITE}.get(
             status, Outcome.STEP_TOO_SMALL
         )
@@ -139,7 +141,7 @@ class Simulation:
         )
         self._scene = scene
         self._halves = _build_halves(scene)
-        self._ticks = [empty_record(half, 64) for half in self._halves]
+        self._ticks: list[Record] = []
         self.time = self.travel = self.velocity = self._acceleration = 0.0
 
     @property
@@ -151,7 +153,7 @@ class Simulation:
         """Go back to the start: static equilibrium, travel 0, time 0, at rest."""
         self.time = self.travel = self.velocity = self._acceleration = 0.0
         for half, state in zip(self._halves, self._scene.start_states, strict=False):
-            half.state = copy_state(state)
+            half.state = state
 
     def step(self, duration: float, velocity: float) -> None:
         """Advance by exactly `duration` [s] while the velocity goes linearly to `velocity` [m/s].
@@ -171,6 +173,8 @@ class Simulation:
         acceleration = (velocity - self.velocity) / duration
         jump = not math.isclose(acceleration, self._acceleration, rel_tol=1e-6, abs_tol=1e-6)
         motion = ramp(self.time, self.travel, duration, self.velocity, velocity, jump)
+        if not self._ticks:
+            self._ticks = [empty_record(half, TICK_ROWS) for half in self._halves]
         for i, half in enumerate(self._halves):
             outcome, self._ticks[i], _ = half.advance(motion, self.tolerance, self._ticks[i])
             if outcome is not Outcome.CONVERGED:
@@ -270,8 +274,8 @@ class Simulation:
         )
 
     def snapshot(self) -> Snapshot:
-        """A copy of the complete state."""
-        halves = tuple(copy_state(half.state) for half in self._halves)
+        """The complete state; its arrays are not to be changed."""
+        halves = tuple(half.state for half in self._halves)
         return Snapshot(self.time, self.travel, self.velocity, self._acceleration, halves)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -290,7 +294,7 @@ class Simulation:
         self.time, self.travel = snapshot.time, snapshot.travel
         self.velocity, self._acceleration = snapshot.velocity, snapshot.acceleration
         for half, state in zip(self._halves, snapshot.halves, strict=True):
-            half.state = copy_state(state)
+            half.state = state
 
     def change_scene(self, scene: Scene) -> None:
         """Put another object or another contact law under the same gripper, in its present pose.
@@ -323,18 +327,18 @@ class Simulation:
         halves = _build_halves(scene, both=not alike)
         for half, state in zip(halves, present, strict=False):
             half.state = half.state._replace(
-                clock=state.clock.copy(),
-                q=state.q.copy(),
-                v=state.v.copy(),
-                a=state.a.copy(),
+                clock=state.clock,
+                q=state.q,
+                v=state.v,
+                a=state.a,
+                wrench=np.zeros(3),
                 load=state.load - state.wrench[1],
-                work=state.work.copy(),
-                counts=state.counts.copy(),
+                work=state.work,
+                counts=state.counts,
             )
-            half.state.wrench[:] = 0.0
         self._scene = scene
         self._halves = halves
-        self._ticks = [empty_record(half, 64) for half in halves]
+        self._ticks = []
 
     def _counts(self) -> list[int]:
         """Steps, rejected steps and Newton iterations of all halves so far."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,8 +13,7 @@ from typing import Any
 
 from hma_gripper_sim.benchmark.series import Series
 
-SHORT = 0.02  # s; runs that take less are repeated within a round
-REPEATS = 5
+SHORT = 0.02  # s; runs that take less are repeated within a round until they take as long
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def interleaved(
     for index, run in enumerate(runs):
         spent = _time(run, 1)
         if spent < SHORT:
-            repeats[index] = REPEATS
+            repeats[index] = math.ceil(SHORT / max(spent, 1e-6))
         else:
             times[index].append(spent)
         tick()

@@ -48,7 +48,8 @@ def test_candidates_take_turns_and_short_ones_repeat():
         counts[index] += 1
 
     times = interleaved([lambda: count(0), lambda: count(1)], rounds=3)
-    assert counts[0] == counts[1] >= 4
+    # Once before it is timed, then often enough to be timed, in each round.
+    assert min(counts) > 1 + 3
     assert all(spent >= 0.0 for spent in times)
 
 

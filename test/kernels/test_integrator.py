@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
+from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
 from hma_gripper_sim.kernels.integrator import GAMMA, base_motion, time_to_event
 from hma_gripper_sim.motion import follow, ramp
@@ -103,7 +104,7 @@ def test_events_are_expected_where_their_margin_is_used_up(
     """
     before, after, event = EVENTS[name]
     scene = Scene(design, Circle(0.015))
-    half = Half(scene.models[0], scene.start_states[0])
+    half = Half(scene.models[0], copy_state(scene.start_states[0]))
     state, modes, inner = half.state, half.work.contact.modes, half.scratch.modes
     state.modes.normal[0], state.modes.friction[0] = before
     modes.normal[0], modes.friction[0] = after
