@@ -469,11 +469,14 @@ def solve_contact(
     noise = force_noise(law, s)
     for j in range(3):
         work.increment[j] = tip.free[j]
-    fresh, revisions = True, 0
-    for iteration in range(MAX_ITERATIONS):
+    revisions = -1
+    fresh = revisions < 0  # not a literal True: numba would compile everything for that, too
+    for _ in range(MAX_ITERATIONS):
         settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
-        if iteration == 0 and _revise_modes(work, 0):
-            settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
+        if revisions < 0:
+            revisions = 0
+            if _revise_modes(work, 0):
+                continue
         square = 0.0
         for i in range(3):
             r = work.increment[i] - tip.free[i]

@@ -349,42 +349,36 @@ def _try_step(
     for j in range(3):
         work.tip.wrench[j] = state.wrench[j]
     copy_modes(state.modes, work.contact.modes)
-    for i in range(n):
-        scratch.q0[i] = state.q[i]
-        scratch.v0[i] = state.v[i]
-        scratch.q[i] = state.q[i] + GAMMA * h * state.v[i]
-    base_motion(motion, segment, t + GAMMA * h, work.base)
-    iterations = solve_stage(
-        model, s, accuracy, scratch.q0, scratch.v0, scratch.q, scratch.v1, scratch.a1, work
-    )
-    if iterations == 0:
-        return np.inf
-    inner_load = work.tip.root_force[0]
-    stage_power(model, s, scratch.v1, work, scratch.power[0])
-    copy_modes(work.contact.modes, scratch.modes)
-    _margins(model.law, work.contact, scratch.margin[0])
-    for i in range(n):
-        scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
-        scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
-        scratch.q[i] = scratch.q0[i] + GAMMA * h * scratch.v1[i]
-    base_motion(motion, segment, t + h, work.base)
-    more = solve_stage(
-        model, s, accuracy, scratch.q0, scratch.v0, scratch.q, scratch.v, scratch.a, work
-    )
-    if more == 0:
-        return np.inf
-    state.counts[2] += iterations + more
-    stage_power(model, s, scratch.v, work, scratch.power[1])
-    _margins(model.law, work.contact, scratch.margin[1])
+    for stage in range(2):
+        if stage == 0:
+            v, a = scratch.v1, scratch.a1
+            for i in range(n):
+                scratch.q0[i] = state.q[i]
+                scratch.v0[i] = state.v[i]
+                scratch.q[i] = state.q[i] + GAMMA * h * state.v[i]
+            base_motion(motion, segment, t + GAMMA * h, work.base)
+        else:
+            v, a = scratch.v, scratch.a
+            copy_modes(work.contact.modes, scratch.modes)
+            for i in range(n):
+                scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
+                scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
+                scratch.q[i] = scratch.q0[i] + GAMMA * h * scratch.v1[i]
+            base_motion(motion, segment, t + h, work.base)
+        iterations = solve_stage(model, s, accuracy, scratch.q0, scratch.v0, scratch.q, v, a, work)
+        if iterations == 0:
+            return np.inf
+        state.counts[2] += iterations
+        scratch.load[stage] = work.tip.root_force[0]
+        stage_power(model, s, v, work, scratch.power[stage])
+        _margins(model.law, work.contact, scratch.margin[stage])
     # The velocity must neither change much within the step nor have jumped before it.
     inner, outer, angle = 0.0, 0.0, 0.0
     for i in range(n):
         inner += GAMMA * h * (scratch.v1[i] - state.v[i])
         outer += GAMMA * h * (scratch.v[i] - scratch.v1[i])
         angle = max(angle, abs(inner), abs(outer))
-    outer_load = work.tip.root_force[0]
-    scratch.load[0] = inner_load
-    scratch.load[1] = outer_load
+    inner_load, outer_load = scratch.load[0], scratch.load[1]
     error = angle / (ANGLE * tolerance)
     if not fresh:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
