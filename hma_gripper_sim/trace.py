@@ -190,15 +190,16 @@ class Trace:
         """Actuator force [N] and spring-damper moments on the outer body [N m], likewise."""
         return self._joints[2]
 
+    def largest_moments(self, side: str) -> Array:
+        """Largest bending moment of any section of one side [N m], shape (n_samples,)."""
+        record = self._record(side)
+        knots = section_moments(self.scene, record.q, record.v, record.a, record.wrench)
+        return np.asarray(np.abs(_linear(self.time, record.time, knots)).max(axis=1))
+
     @cached_property
     def max_bending_moment(self) -> float:
         """Largest bending moment of any section at any sample [N m] (`bending`)."""
-        largest = 0.0
-        for record in (self._right, self._left):
-            knots = section_moments(self.scene, record.q, record.v, record.a, record.wrench)
-            moments = _linear(self.time, record.time, knots)
-            largest = max(largest, float(np.abs(moments).max()))
-        return largest
+        return max(float(self.largest_moments(side).max()) for side in SIDES)
 
     @property
     def max_stress(self) -> float:

@@ -29,7 +29,8 @@ class Series:
     phi
         Of the right side [rad].
     moment
-        Largest spring-damper moment of any joint of the right half [N m].
+        Largest bending moment of any section of the right half [N m]; of the thesis' model, the
+        largest spring-damper moment of any joint.
     """
 
     time: Array
@@ -67,8 +68,7 @@ class Deviation:
 
 def from_trace(trace: Trace) -> Series:
     """Results of this package."""
-    right = [i for i, name in enumerate(trace.joint_names) if "_right" in name]
-    moment = np.abs(trace.joint_effort[:, right]).max(axis=1)
+    moment = trace.largest_moments("right")
     return Series(trace.time, trace.actuator_force, trace.phi_right, moment)
 
 

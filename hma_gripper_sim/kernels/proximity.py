@@ -113,10 +113,12 @@ def segment_distance(
     side = sx * ax + sz * az - support
     along = (ux * (vertices[corner, 0] - ax) + uz * (vertices[corner, 1] - az)) / length
     deepest, face = -np.inf, 0
+    least_a, least_b = -np.inf, -np.inf  # bounds of the distances of both ends
     for i in range(m):
         nx, nz = normals[i, 0], normals[i, 1]
         fa = nx * (ax - vertices[i, 0]) + nz * (az - vertices[i, 1])
         fb = nx * (bx - vertices[i, 0]) + nz * (bz - vertices[i, 1])
+        least_a, least_b = max(least_a, fa), max(least_b, fb)
         if min(fa, fb) > deepest:
             deepest, face = min(fa, fb), i
     parted = side > 0.0 or deepest > 0.0
@@ -134,12 +136,18 @@ def segment_distance(
         ahead = min(ahead, (1.0 - along) * length)
         behind = min(behind, along * length)
         return side, sx, sz, along, -1.0, ahead, rise_ahead, behind, rise_behind
-    if parted:
-        distance, nx, nz, curvature = point_distance(obstacle, ax, az)
+    if parted:  # an end is closest; the one that can be first
+        distance, nx, nz, curvature = np.inf, 0.0, 0.0, 0.0
         along = 0.0
-        db, nbx, nbz, kb = point_distance(obstacle, bx, bz)
-        if db < distance:
-            distance, nx, nz, curvature, along = db, nbx, nbz, kb, 1.0
+        end = 0.0 if least_a <= least_b else 1.0
+        for _ in range(2):
+            least = least_a if end == 0.0 else least_b
+            if least < distance:
+                px, pz = (ax, az) if end == 0.0 else (bx, bz)
+                d, dx, dz, bent = point_distance(obstacle, px, pz)
+                if d < distance or (d == distance and end == 0.0):
+                    distance, nx, nz, curvature, along = d, dx, dz, bent, end
+            end = 1.0 - end
     else:  # the cores overlap: part them in the direction in which that takes least
         distance, nx, nz, curvature = deepest, normals[face, 0], normals[face, 1], 0.0
         along = 0.0 if nx * ux + nz * uz > 0.0 else 1.0
