@@ -121,7 +121,7 @@ class Simulation:
         Of the actuator force, relative to the largest so far or to what bends the beams by two
         radians, and of angles, relative to a radian: from what one step adds it is chosen so
         that a run stays within it.  None: the scene's accuracy, or 1e-3.  Steps are never taken
-        coarser than at 3e-2.
+        coarser than at 2e-2.
 
     Raises
     ------

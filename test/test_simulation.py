@@ -375,10 +375,10 @@ def assert_close(usual: Trace, fine: Trace, rms: float = 0.01) -> None:
     More than the default tolerance promises in smooth scenes (0.5 %, 0.4 %, 0.02 degree).  Where
     contacts stick and slip, or a beam snaps through, that happens a little earlier or later,
     and for that time the whole jump counts: `rms` is larger there, and phi, which goes to and
-    fro by a quarter of a degree, is known to a tenth.
+    fro by a quarter of a degree, is known to a tenth.  The spikes of a chatter are chance.
     """
     largest = np.abs(fine.actuator_force).max()
-    assert np.abs(usual.actuator_force).max() == pytest.approx(largest, rel=0.02)
+    assert rms >= CHATTER or np.abs(usual.actuator_force).max() == pytest.approx(largest, rel=0.02)
     error = usual.actuator_force - fine.actuator_force
     assert np.sqrt(np.mean(error**2)) < rms * largest
     for side in ("left", "right"):

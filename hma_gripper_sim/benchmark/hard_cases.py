@@ -32,7 +32,7 @@ ENERGY_BOUND = 0.005  # of the largest term of the energy balance
 TIGHTER = 0.1
 TIGHTEST = 1e-10  # tolerance that `Simulation` accepts
 CHAOTIC = 2.0  # how far two runs of a chaotic scene may deviate, in sensitivities
-NUDGES = (1e-12, 2e-12, 3e-12, 4e-12)  # m; far less than an atom
+NUDGES = (1e-12, 2e-12, 3e-12)  # m; far less than an atom
 
 BOX = RoundedBox(width=0.028, height=0.028, corner_radius=0.002)
 CYLINDER = Circle(radius=0.015)

@@ -40,11 +40,11 @@ LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before i
 # than the resolution counts in proportion, so that a jump of the force is not chased.  But
 # errors of steps that follow each other within the memory add up, as in a stick-slip
 # vibration: beyond a number of such steps (the crowding) each counts in proportion to them.
-COARSEST = 3e-2  # tolerances above this are taken as this: their steps would miss contacts
-ANGLE = 0.3  # rad
-FORCE = 0.3
-FORCE_TIME = 5e-3  # s
-FORCE_TRAVEL = 2e-5  # m of the base
+COARSEST = 2e-2  # tolerances above this are taken as this: their steps would miss contacts
+ANGLE = 0.5  # rad
+FORCE = 0.5
+FORCE_TIME = 2e-3  # s
+FORCE_TRAVEL = 8e-6  # m of the base
 MEMORY = 0.1  # s
 CROWD = 20.0
 NOISE = 10.0  # of the contact force by rounding: less is no error of the step
