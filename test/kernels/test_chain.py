@@ -277,6 +277,23 @@ def test_pressed_gripper_is_in_equilibrium() -> None:
     )
 
 
+def random_chain(
+    rng: np.random.Generator, n: int, stiffness: np.ndarray, straightening: np.ndarray
+) -> Chain:
+    """Bodies of a centimetre and some ten grams, without damping."""
+    return Chain(
+        root=rng.normal(size=2) * 0.01,
+        link=rng.normal(size=(n, 2)) * 0.01,
+        centre=rng.normal(size=(n, 2)) * 0.005,
+        rest=rng.normal(size=n),
+        mass=rng.uniform(0.01, 0.1, size=n),
+        inertia=rng.uniform(1e-6, 1e-5, size=n),
+        stiffness=stiffness,
+        damping=np.zeros(n),
+        straightening=straightening,
+    )
+
+
 def test_newton_step_of_a_random_chain() -> None:
     """One sweep in and out solves the linearised balance of every joint exactly.
 
@@ -285,17 +302,7 @@ def test_newton_step_of_a_random_chain() -> None:
     """
     rng = np.random.default_rng(3)
     n = 6
-    chain = Chain(
-        root=rng.normal(size=2) * 0.01,
-        link=rng.normal(size=(n, 2)) * 0.01,
-        centre=rng.normal(size=(n, 2)) * 0.005,
-        rest=rng.normal(size=n),
-        mass=rng.uniform(0.01, 0.1, size=n),
-        inertia=rng.uniform(1e-6, 1e-5, size=n),
-        stiffness=rng.uniform(0.5, 1.0, size=n),
-        damping=np.zeros(n),
-        straightening=np.zeros(n),
-    )
+    chain = random_chain(rng, n, stiffness=rng.uniform(0.5, 1.0, size=n), straightening=np.zeros(n))
     q = rng.normal(size=n) * 0.1
     wrench = rng.normal(size=3) * (0.5, 0.5, 0.005)
 
@@ -335,15 +342,10 @@ def test_newton_step_of_a_chain_whose_joints_slide() -> None:
     """
     rng = np.random.default_rng(5)
     n = 5
-    chain = Chain(
-        root=rng.normal(size=2) * 0.01,
-        link=rng.normal(size=(n, 2)) * 0.01,
-        centre=rng.normal(size=(n, 2)) * 0.005,
-        rest=rng.normal(size=n),
-        mass=rng.uniform(0.01, 0.1, size=n),
-        inertia=rng.uniform(1e-6, 1e-5, size=n),
-        stiffness=rng.uniform(0.05, 0.1, size=n),
-        damping=np.zeros(n),
+    chain = random_chain(
+        rng,
+        n,
+        stiffness=rng.uniform(0.2, 0.4, size=n),
         straightening=rng.uniform(0.002, 0.01, size=n),
     )
     q = rng.normal(size=n) * 0.3
@@ -378,16 +380,8 @@ def test_motion_of_a_chain_whose_joints_slide() -> None:
     """Rate and loads of a moving chain are the time derivatives of its places."""
     rng = np.random.default_rng(7)
     n, step = 4, 1e-4
-    chain = Chain(
-        root=rng.normal(size=2) * 0.01,
-        link=rng.normal(size=(n, 2)) * 0.01,
-        centre=rng.normal(size=(n, 2)) * 0.005,
-        rest=rng.normal(size=n),
-        mass=rng.uniform(0.01, 0.1, size=n),
-        inertia=rng.uniform(1e-6, 1e-5, size=n),
-        stiffness=np.ones(n),
-        damping=np.zeros(n),
-        straightening=rng.uniform(0.002, 0.01, size=n),
+    chain = random_chain(
+        rng, n, stiffness=np.ones(n), straightening=rng.uniform(0.002, 0.01, size=n)
     )
     q, v, a = rng.normal(size=(3, n))
 
