@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.swinging_door import swinging_door
 from hma_gripper_sim.quantities import quantity
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.integrator import (
     DONE,
     FULL,
     NOT_FINITE,
     HalfState,
-    Motion,
     Record,
     integrate,
     step_work,
@@ -85,7 +85,8 @@ class Half:
     def __init__(self, model: Model, state: HalfState) -> None:
         self.model = model
         self.work = allocate(model)
-        self.scratch = step_work(model.chain.rest.size, len(self.work.contact.normal_force))
+        points, candidates = len(model.fingertip.points), len(self.work.contact.normal_force)
+        self.scratch = step_work(model.chain.rest.size, points, candidates)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
     def advance(

@@ -23,7 +23,7 @@ from hma_gripper_sim.kernels.clearance import (
     first_touches,
 )
 from hma_gripper_sim.kernels.dense_output import add_load
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.motion import follow, of_ticks, part_of, ramp, through_points
 
 

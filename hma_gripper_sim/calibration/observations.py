@@ -10,7 +10,7 @@ import numpy as np
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.motion import part_of
 from hma_gripper_sim.outcome import SimulationError
