@@ -48,9 +48,10 @@ LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before i
 # its length: one that is short beside the mean step of the last while (the memory) may deviate
 # more, so that a jump of the force is not chased.
 COARSEST = 2e-2  # tolerances above this are taken as this
-ANGLE = 0.5  # rad
-FORCE = 0.5
+ANGLE = 0.1  # rad
+FORCE = 0.1
 MEMORY = 0.1  # s
+FLEETING = 1e-7  # s; the force within a step no longer than this is not judged: it may jump
 NOISE = 10.0  # of the contact force by rounding: less is no error of the step
 DIP = 1e-3  # of a contact's margin; a smaller dip below zero within a step is none
 
@@ -241,9 +242,11 @@ def integrate(
                 continue
             state.counts[1] += 1
             shorter = h * (max(SHRINK, SAFETY / np.sqrt(error)) if np.isfinite(error) else SHRINK)
-            event = LANDING * time_to_event(h, state, work, scratch)
-            if not landed and 0.1 * shorter < event < h:
-                h, landed = event, True
+            event = time_to_event(h, state, work, scratch)
+            if event < FLEETING < h:
+                h, landed = FLEETING, False
+            elif not landed and 0.1 * shorter < LANDING * event < h:
+                h, landed = LANDING * event, True
             else:
                 h, landed = shorter, False
         for i in range(n):
@@ -420,7 +423,7 @@ def _try_step(
     inner_load, outer_load = scratch.load[0], scratch.load[1]
     scale = max(state.clock[2], abs(outer_load))
     error = angle / (ANGLE * tolerance * min(1.0, scale / model.bending))
-    if not fresh:  # the force before a jump says nothing about this step
+    if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
         defect = max(0.0, defect - NOISE * force_noise(model.law, s))
         weight = np.sqrt(h * _crowding(state, h) / MEMORY)
