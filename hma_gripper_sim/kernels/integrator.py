@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     OPEN,
@@ -50,16 +51,6 @@ CROWD = 20.0
 NOISE = 10.0  # of the contact force by rounding: less is no error of the step
 
 DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
-
-
-class Motion(NamedTuple):
-    """Prescribed motion of the base: velocity linear on each segment, with jumps between."""
-
-    time: Array  # start of each segment and end of the last [s], shape (m + 1,)
-    travel: Array  # at these times [m], shape (m + 1,)
-    velocity: Array  # at the start of each segment [m/s], shape (m,)
-    acceleration: Array  # on each segment [m/s^2], shape (m,)
-    jump: NDArray[np.bool_]  # velocity or acceleration jump at the segment's start, shape (m,)
 
 
 class HalfState(NamedTuple):
@@ -124,19 +115,6 @@ def step_work(n: int, candidates: int) -> StepWork:
         contact_modes(candidates),
         np.zeros((2, candidates, 2)),
     )
-
-
-@kernel
-def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
-    """Height, velocity and acceleration of the base at time `t` of a segment onwards."""
-    last = motion.velocity.size - 1
-    while segment < last and t > motion.time[segment + 1]:
-        segment += 1
-    dt = t - motion.time[segment]
-    velocity, acceleration = motion.velocity[segment], motion.acceleration[segment]
-    base[0] = -(motion.travel[segment] + dt * (velocity + 0.5 * acceleration * dt))
-    base[1] = -(velocity + acceleration * dt)
-    base[2] = -acceleration
 
 
 @kernel
@@ -222,7 +200,7 @@ def integrate(
     """
     n = state.q.size
     end = motion.time[-1]
-    segments = motion.velocity.size
+    segments = motion.jump.size
     segment, jump = 0, 0
     while state.clock[0] < end:
         t = state.clock[0]
@@ -237,7 +215,8 @@ def integrate(
         stop = motion.time[jump]
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
-            state.clock[1] = min(state.clock[1], restart_step(motion.velocity[segment]))
+            base_motion(motion, segment, t, work.base)
+            state.clock[1] = min(state.clock[1], restart_step(work.base[1]))
         h = min(state.clock[1], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t

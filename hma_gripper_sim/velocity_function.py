@@ -1,0 +1,418 @@
+"""A velocity given as a function of time, followed by polynomials to its jumps and kinks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.velocity_pieces import (
+    BEFORE,
+    NODES,
+    extrapolate,
+    fit_pieces,
+    mark_smooth,
+    smooth_everywhere,
+)
+from hma_gripper_sim.quantities import quantity
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+
+SPACING = 2e-3  # s, of the samples: what lasts longer is seen
+INSIDE = 1e-9  # s; how far inside of a smooth stretch its ends are sampled
+CHUNK = 1 << 14  # calls at a time
+
+# Of the largest velocity.
+FOLLOWED = 2e-11  # deviation of a polynomial from the samples of a block
+SAME = 1e-10  # difference of the velocities on both sides of a kink where it is located
+BELONGS = 1e-7  # deviation of a sample from the side of a break that it belongs to
+SMALLEST = 1e-9  # m/s; the largest velocity is taken as at least this
+
+# Highest difference, relative to the largest velocity, that rounding may leave in a stencil.
+# Long stencils tell a kink from a curve; short ones recognise straight lines between breaks.
+STENCILS = {NODES: 1e-7, 6: 1e-8, 4: 3e-9}
+
+SIDE = 8  # samples that one side of a break is extrapolated from
+ENOUGH = 60  # calls to locate a break
+FINER = 8  # parts of an interval in which several breaks are told apart
+NARROW = 2e-6  # s, within which both sides of a jump are straight lines
+DEEPEST = 4  # times that an interval is divided so
+SPARE, SPARE_RATE = 600, 100.0  # calls for that, and more of them per second
+
+# Samples near the end of a smooth stretch, as shares of the distance to the first regular one;
+# that one is at least so many spacings from the end.  A stretch of fewer spacings than
+# `SHORT` has only samples at Chebyshev's points.
+GRADED = np.array([0.0, 0.08, 0.3, 0.62])
+REGULAR, SHORT = 0.7, 8.0
+
+
+class Pieces(NamedTuple):
+    """Velocity in polynomials of the time since their start, see `kernels.base_motion.Motion`."""
+
+    time: Array
+    velocity: Array
+    jump: Marks
+
+
+def sampled(
+    function: Callable[[float], float], start: float, end: float, breakpoints: Array | None
+) -> Pieces:
+    """Follow a velocity [m/s] that is a function of time [s] by polynomials.
+
+    The function is called every 2 ms and a few times more near its breaks, the times at which
+    it jumps or has a kink. Between two breaks it is interpolated by polynomials of degree 10:
+    a sine of 20 Hz to 10⁻¹⁰ of its amplitude. From piece to piece the velocity is continuous to
+    rounding, and the acceleration to what the interpolation is wrong by.
+
+    Where `breakpoints` are given, these are the breaks, and the values there do not matter.
+    Otherwise breaks are looked for: a jump is located to rounding, a kink to where both sides
+    have the same velocity. What comes and goes within 2 ms may be missed. Where a function has
+    many breaks within a few milliseconds, as one with noise has, the search is given up after
+    600 calls and 100 more per second; it is then followed by straight lines between the samples.
+
+    Raises
+    ------
+    InputError
+        It returns something else than a finite velocity; the time is named.
+    """
+    samples = Samples(function)
+    inside = min(INSIDE, 1e-3 * (end - start))
+    count = max(NODES + 1, math.ceil((end - start) / SPACING - 1e-6))
+    grid = np.linspace(start + inside, end - inside, count + 1)
+    values = samples.at(grid)
+    samples.scale = max(SMALLEST, float(np.abs(values).max()))
+    if breakpoints is None:
+        breaks, rough = _find_breaks(samples, grid, values)
+    else:
+        breaks, rough = breakpoints[(breakpoints > start) & (breakpoints < end)], []
+    edges = np.concatenate([[start], breaks, [end]])
+    return _follow(samples, grid, values, edges, rough)
+
+
+class Samples:
+    """Checked values of a function, and how many more may be taken to tell breaks apart."""
+
+    def __init__(self, function: Callable[[float], float]) -> None:
+        self._function = function
+        self.scale = 0.0  # largest velocity [m/s]
+        self.spare = float(SPARE)
+
+    def at(self, time: Array) -> Array:
+        """Values at many times [m/s]."""
+        found = np.empty(len(time))
+        function = self._function
+        for first in range(0, len(time), CHUNK):
+            instants = time[first : first + CHUNK].tolist()
+            try:
+                values = np.fromiter(map(function, instants), np.float64, len(instants))
+            except (TypeError, ValueError):  # not numbers, or texts with a unit
+                values = np.array([self.one(t) for t in instants])
+            found[first : first + CHUNK] = values
+        for number in (0.0, 1.0):  # which may have been a bool
+            rows = np.flatnonzero(found == number)
+            if len(rows):
+                self.one(float(time[rows[0]]))
+        finite = np.isfinite(found)
+        if not finite.all():
+            row = int(np.argmin(finite))
+            _checked(float(found[row]), float(time[row]))
+        return found
+
+    def one(self, t: float) -> float:
+        """Value at one time [m/s]."""
+        return _checked(self._function(t), t)
+
+
+class Side(NamedTuple):
+    """Samples on one side of a break, the nearest last."""
+
+    time: list[float]
+    values: list[float]
+
+    def extended(self, t: float) -> tuple[float, float]:
+        """Value that the side would have at a time, and how uncertain it is [m/s]."""
+        time, values = np.array(self.time[-SIDE:]), np.array(self.values[-SIDE:])
+        return extrapolate(time, values, t, np.empty(len(time)))
+
+
+def _find_breaks(
+    samples: Samples, grid: Array, values: Array
+) -> tuple[Array, list[tuple[float, float]]]:
+    """Times of jumps and kinks [s], and spans of time in which there are too many."""
+    spacing = (grid[-1] - grid[0]) / (len(grid) - 1)
+    samples.spare = SPARE + SPARE_RATE * (grid[-1] - grid[0])
+    # The function itself cannot tell times apart that differ by rounding.
+    blur = 1e3 * float(np.abs(np.diff(values)).max()) * np.spacing(abs(grid[-1])) / spacing
+    floor = STENCILS[NODES] * samples.scale + blur
+    if smooth_everywhere(values, _DIFFERENCES[NODES], floor):
+        return np.empty(0), []
+    gaps = _gaps(samples.scale, values, blur)
+    breaks: list[float] = []
+    rough: list[tuple[float, float]] = []
+    for i, (a, b) in enumerate(gaps):
+        first = gaps[i - 1][1] if i else 0
+        last = gaps[i + 1][0] if i + 1 < len(gaps) else len(grid) - 1
+        first, last = max(first, a - SIDE), min(last, b + SIDE)
+        left = Side(grid[first : a + 1].tolist(), values[first : a + 1].tolist())
+        right = Side(grid[b : last + 1][::-1].tolist(), values[b : last + 1][::-1].tolist())
+        found = _separate(samples, left, right, grid[a : b + 1], values[a : b + 1], 0)
+        if found is None:
+            rough.append((float(grid[a]), float(grid[b])))
+            breaks += [float(grid[a]), float(grid[b])]
+        else:
+            breaks += found
+    inner = np.unique(breaks)
+    return inner[(inner > grid[0]) & (inner < grid[-1])], rough
+
+
+def _gaps(scale: float, values: Array, blur: float) -> list[tuple[int, int]]:
+    """First and last row of each run of samples that no smooth stencil connects."""
+    inside = np.zeros(len(values) - 1, dtype=np.bool_)
+    crossed = np.zeros(len(values), dtype=np.bool_)
+    for count, floor in STENCILS.items():
+        if count <= len(values):
+            mark_smooth(values, _DIFFERENCES[count], floor * scale + blur, inside, crossed)
+    # A kink at a sample is in neither of its intervals.
+    alone = np.flatnonzero(~crossed[1:-1] & inside[:-1] & inside[1:])
+    open_ = ~inside
+    open_[alone] = open_[alone + 1] = True
+    steps = np.diff(open_.astype(np.int8), prepend=0, append=0)
+    return list(
+        zip(np.flatnonzero(steps > 0).tolist(), np.flatnonzero(steps < 0).tolist(), strict=True)
+    )
+
+
+def _separate(
+    samples: Samples, left: Side, right: Side, time: Array, values: Array, depth: int
+) -> list[float] | None:
+    """Times of the breaks among samples of which the first and the last end smooth sides.
+
+    None: there are too many.
+    """
+    if len(time) == 2 or depth == 0:
+        found = _locate(samples, left, right)
+        if isinstance(found, float):
+            return [found]
+        if len(time) == 2:
+            time = np.array([left.time[-1], right.time[-1]])
+    intervals = len(time) - 1
+    if depth == DEEPEST or samples.spare < FINER * intervals:
+        return None
+    samples.spare -= FINER * intervals
+    fine = np.linspace(time[0], time[-1], FINER * intervals + 1)
+    finer = np.concatenate([[left.values[-1]], samples.at(fine[1:-1]), [right.values[-1]]])
+    breaks: list[float] = []
+    gaps = _gaps(samples.scale, finer, 0.0)
+    for i, (a, b) in enumerate(gaps):
+        first = gaps[i - 1][1] if i else 0
+        last = gaps[i + 1][0] if i + 1 < len(gaps) else len(fine) - 1
+        before = Side(fine[first : a + 1].tolist(), finer[first : a + 1].tolist())
+        after = Side(fine[b : last + 1][::-1].tolist(), finer[b : last + 1][::-1].tolist())
+        if first == 0:
+            before = Side(left.time + before.time[1:], left.values + before.values[1:])
+        if last == len(fine) - 1:
+            after = Side(right.time + after.time[1:], right.values + after.values[1:])
+        found = _separate(samples, before, after, fine[a : b + 1], finer[a : b + 1], depth + 1)
+        if found is None:
+            return None
+        breaks += found
+    return breaks
+
+
+def _locate(samples: Samples, left: Side, right: Side) -> float | None:
+    """Time of the only break between two sides, or None if there must be several.
+
+    Each sample belongs to the side whose extension it is nearer to, and that side takes it over.
+    """
+    trials: list[float] = []
+    width = math.inf
+    for _ in range(ENOUGH):
+        first, last = left.time[-1], right.time[-1]
+        if not trials:
+            before = left.values[-1] - right.extended(first)[0]
+            after = left.extended(last)[0] - right.values[-1]
+            if max(abs(before), abs(after)) <= SAME * samples.scale:
+                return 0.5 * (first + last)
+            if last - first < NARROW and before * after > 0.0:
+                return _bisect(samples, left, right, before, after)
+            halved = last - first <= 0.5 * width
+            width = last - first
+            trials = _trials(left, right, before, after) if halved else [0.5 * (first + last)]
+        t = trials.pop()
+        if not first < t < last:
+            continue
+        value = samples.one(t)
+        sides = [(*side.extended(t), side) for side in (left, right)]
+        extended, doubt, side = min(sides, key=lambda known: abs(value - known[0]))
+        if abs(value - extended) > BELONGS * samples.scale + 3.0 * doubt:
+            return None
+        side.time.append(t)
+        side.values.append(value)
+    return None
+
+
+def _trials(left: Side, right: Side, before: float, after: float) -> list[float]:
+    """Times to sample next for a break between two sides that differ by `before` and `after`.
+
+    Where the sides cross, a kink is looked for just before and after the crossing.
+    """
+    first, last = left.time[-1], right.time[-1]
+    if before * after < 0.0:
+        crossing = first + (last - first) * before / (before - after)
+        doubt = left.extended(crossing)[1] + right.extended(crossing)[1]
+        share = max(4.0 * doubt / abs(before - after), 1e-3)
+        around = [crossing + sign * share * (last - first) for sign in (-1.0, 1.0)]
+        if share < 0.25 and any(first < t < last for t in around):
+            return around
+    return [0.5 * (first + last)]
+
+
+def _bisect(
+    samples: Samples, left: Side, right: Side, before: float, after: float
+) -> float | None:
+    """Time of a jump between two sides that are straight lines so near to it."""
+    first, last = start, end = left.time[-1], right.time[-1]
+    base, slope = left.values[-1], (right.values[-1] + after - left.values[-1]) / (end - start)
+    while last - first > max(float(np.spacing(last)), np.finfo(float).eps):
+        t = 0.5 * (first + last)
+        value = samples.one(t)
+        over = value - base - slope * (t - start)  # 0 on the left side, -jump on the right one
+        jump = before + (after - before) * (t - start) / (end - start)
+        if abs(over) < abs(over + jump):
+            first, miss = t, over
+            known = left
+        else:
+            last, miss = t, over + jump
+            known = right
+        if abs(miss) > BELONGS * samples.scale:
+            return None
+        known.time.append(t)
+        known.values.append(value)
+    return last
+
+
+def _follow(
+    samples: Samples,
+    grid: Array,
+    values: Array,
+    edges: Array,
+    rough: list[tuple[float, float]],
+) -> Pieces:
+    """Follow the function between its breaks, `edges` being these and both ends [s]."""
+    spacing = (grid[-1] - grid[0]) / (len(grid) - 1)
+    stretches, asked = [], [np.empty(0)]
+    for start, end in zip(edges, edges[1:], strict=False):
+        stretch = _stretch(grid, spacing, float(start), float(end), (start, end) in rough)
+        stretches.append(stretch)
+        asked += [stretch.head, stretch.tail]
+    answers = samples.at(np.concatenate(asked))
+    capacity = len(grid) + len(answers) + len(stretches)
+    pieces = Pieces(
+        np.empty(capacity + 1), np.empty((capacity, NODES)), np.zeros(capacity, dtype=np.bool_)
+    )
+    count = used = 0
+    for stretch in stretches:
+        middle = used + len(stretch.head)
+        end = middle + len(stretch.tail)
+        known = (answers[used:middle], values[stretch.rows], answers[middle:end])
+        used = end
+        time = np.concatenate([stretch.head, grid[stretch.rows], stretch.tail])
+        room = Pieces(*(part[count:] for part in pieces))
+        fit = _straight if stretch.rough else _smooth
+        room.jump[0] = True
+        count += fit(stretch, time, np.concatenate(known), FOLLOWED * samples.scale, room)
+    pieces.time[count] = edges[-1]
+    velocity, order = pieces.velocity[:count], NODES
+    while order > 1 and not velocity[:, order - 1].any():
+        order -= 1
+    if order < NODES:
+        velocity = velocity[:, :order].copy()
+    return Pieces(pieces.time[: count + 1], velocity, pieces.jump[:count])
+
+
+class Stretch(NamedTuple):
+    """Samples between two breaks: rows of the grid, and times of more before and after them."""
+
+    start: float
+    rows: slice
+    head: Array
+    tail: Array
+    rough: bool
+
+
+def _stretch(grid: Array, spacing: float, start: float, end: float, rough: bool) -> Stretch:
+    """Choose the samples from one break to the next one [s], none of them at a break."""
+    if rough:
+        first, last = np.searchsorted(grid, [start, end])
+        return Stretch(start, slice(first, last + 1), np.empty(0), np.empty(0), rough)
+    inside = min(INSIDE, 1e-3 * (end - start))
+    a, b = start + inside, end - inside
+    if end - start < SHORT * spacing:
+        shares = 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
+        return Stretch(start, slice(0), a + (b - a) * shares, np.empty(0), rough)
+    first = int(np.searchsorted(grid, a + REGULAR * spacing))
+    last = int(np.searchsorted(grid, b - REGULAR * spacing, side="right")) - 1
+    head = a + (grid[first] - a) * GRADED
+    tail = (b - (b - grid[last]) * GRADED)[::-1]
+    return Stretch(start, slice(first, last + 1), head, tail, rough)
+
+
+def _smooth(stretch: Stretch, time: Array, values: Array, allowed: float, room: Pieces) -> int:
+    """Fill in the pieces of a smooth stretch; return how many."""
+    rows = np.empty(len(time) // 2 + 2, dtype=np.intp)
+    count = fit_pieces(
+        time,
+        values,
+        stretch.start,
+        len(stretch.head),
+        len(time) - len(stretch.tail),
+        _TABLE,
+        allowed,
+        np.empty(NODES, dtype=np.intp),
+        rows,
+        room.velocity,
+    )
+    room.time[:count] = time[rows[:count]]
+    room.time[0] = stretch.start
+    return int(count)
+
+
+def _straight(stretch: Stretch, time: Array, values: Array, allowed: float, room: Pieces) -> int:
+    """Fill in straight lines between the samples; return how many."""
+    count = len(time) - 1
+    room.time[:count] = time[:-1]
+    room.velocity[:count] = 0.0
+    room.velocity[:count, 0], room.velocity[:count, 1] = values[:-1], np.diff(values) / np.diff(time)
+    return count
+
+
+def _checked(value: object, t: float) -> float:
+    try:
+        return quantity(value, "m/s", field="velocity", source="simulate")
+    except InputError as error:
+        raise InputError(f"{error.reason} at t = {t:g} s", field="velocity") from None
+
+
+# Lagrange's polynomials of a uniform stencil, about the start of its piece.
+_TABLE = np.linalg.inv(np.vander(np.arange(NODES) - float(BEFORE), increasing=True)).T.copy()
+
+
+def _differences(count: int, orders: Sequence[int]) -> Array:
+    """Coefficients of differences of some orders in the middle of a stencil, (r, count)."""
+    rows = np.zeros((len(orders), count))
+    for row, order in zip(rows, orders, strict=True):
+        before = (count - 1 - order) // 2
+        row[before : before + order + 1] = [(-1) ** k * math.comb(order, k) for k in range(order + 1)]
+    return rows
+
+
+# The highest differences of the stencils; of the long one also those lower by two and four orders.
+_DIFFERENCES = {
+    count: _differences(count, (count - 1, count - 3, count - 5) if count == NODES else (count - 1,))
+    for count in STENCILS
+}
