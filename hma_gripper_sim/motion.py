@@ -16,7 +16,7 @@ from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.velocity_function import sampled
 
 Array = NDArray[np.float64]
-Velocity = float | Sequence[tuple[float, float]] | PPoly | Callable[[float], float]
+Velocity = float | str | Sequence[tuple[float, float]] | Callable[[float], float]  # or a PPoly
 
 STEADY = 1e-6  # relative, and m/s²; a smaller change of the acceleration is no jump
 ROUND_OFF = 1e-12  # relative, and m/s² or s; a smaller difference is none at all

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -33,16 +34,18 @@ SAME = 1e-10  # difference of the velocities on both sides of a kink where it is
 BELONGS = 1e-7  # deviation of a sample from the side of a break that it belongs to
 SMALLEST = 1e-9  # m/s; the largest velocity is taken as at least this
 
-# Highest difference, relative to the largest velocity, that rounding may leave in a stencil.
-# Long stencils tell a kink from a curve; short ones recognise straight lines between breaks.
-STENCILS = {NODES: 1e-7, 6: 1e-8, 4: 3e-9}
+# Samples of a stencil, and the differences, relative to the largest velocity, that rounding may
+# leave in it. Long stencils tell a kink from a curve; short ones recognise straight lines and
+# constants between breaks.
+STENCILS = {NODES: 1e-7, 6: 1e-8, 4: 3e-9, 3: 1e-9}
 
 SIDE = 8  # samples that one side of a break is extrapolated from
 ENOUGH = 60  # calls to locate a break
 FINER = 8  # parts of an interval in which several breaks are told apart
 NARROW = 2e-6  # s, within which both sides of a jump are straight lines
 DEEPEST = 4  # times that an interval is divided so
-SPARE, SPARE_RATE = 600, 100.0  # calls for that, and more of them per second
+SPARE, SPARE_RATE = 1000, 5000.0  # calls for that, and more of them per second
+FAILED = 500  # calls fewer for the rest after each failure
 
 # Samples near the end of a smooth stretch, as shares of the distance to the first regular one;
 # that one is at least so many spacings from the end.  A stretch of fewer spacings than
@@ -73,7 +76,7 @@ def sampled(
     Otherwise breaks are looked for: a jump is located to rounding, a kink to where both sides
     have the same velocity. What comes and goes within 2 ms may be missed. Where a function has
     many breaks within a few milliseconds, as one with noise has, the search is given up after
-    600 calls and 100 more per second; it is then followed by straight lines between the samples.
+    1000 calls and 5000 more per second; it is then followed by cubics between the samples.
 
     Raises
     ------
@@ -83,15 +86,16 @@ def sampled(
     samples = Samples(function)
     inside = min(INSIDE, 1e-3 * (end - start))
     count = max(NODES + 1, math.ceil((end - start) / SPACING - 1e-6))
-    grid = np.linspace(start + inside, end - inside, count + 1)
+    grid, spacing = np.linspace(start + inside, end - inside, count + 1, retstep=True)
     values = samples.at(grid)
     samples.scale = max(SMALLEST, float(np.abs(values).max()))
     if breakpoints is None:
-        breaks, rough = _find_breaks(samples, grid, values)
+        found = _find_breaks(samples, grid, values)
     else:
-        breaks, rough = breakpoints[(breakpoints > start) & (breakpoints < end)], []
-    edges = np.concatenate([[start], breaks, [end]])
-    return _follow(samples, grid, values, edges, rough)
+        found = Found(
+            breakpoints[(breakpoints > start) & (breakpoints < end)].tolist(), [], grid, values
+        )
+    return _follow(samples, found, start, end, spacing)
 
 
 class Samples:
@@ -140,34 +144,52 @@ class Side(NamedTuple):
         return extrapolate(time, values, t, np.empty(len(time)))
 
 
-def _find_breaks(
-    samples: Samples, grid: Array, values: Array
-) -> tuple[Array, list[tuple[float, float]]]:
-    """Times of jumps and kinks [s], and spans of time in which there are too many."""
+class Found(NamedTuple):
+    """What a search for breaks has found: their times, and samples that it took on the way."""
+
+    breaks: list[float]
+    rough: list[tuple[float, float]]  # spans with too many breaks [s]
+    time: Array  # of all samples, uniform or finer
+    values: Array
+
+
+def _find_breaks(samples: Samples, grid: Array, values: Array) -> Found:
+    """Look for jumps and kinks between samples on a uniform grid."""
     spacing = (grid[-1] - grid[0]) / (len(grid) - 1)
-    samples.spare = SPARE + SPARE_RATE * (grid[-1] - grid[0])
     # The function itself cannot tell times apart that differ by rounding.
     blur = 1e3 * float(np.abs(np.diff(values)).max()) * np.spacing(abs(grid[-1])) / spacing
     floor = STENCILS[NODES] * samples.scale + blur
     if smooth_everywhere(values, _DIFFERENCES[NODES], floor):
-        return np.empty(0), []
+        return Found([], [], grid, values)
+    samples.spare = SPARE + SPARE_RATE * (grid[-1] - grid[0])
     gaps = _gaps(samples.scale, values, blur)
+    rows = [0, *(row for gap in gaps for row in gap), len(grid) - 1]
     breaks: list[float] = []
     rough: list[tuple[float, float]] = []
+    times: list[Array] = []
+    knowns: list[Array] = []
+    done = 0
     for i, (a, b) in enumerate(gaps):
-        first = gaps[i - 1][1] if i else 0
-        last = gaps[i + 1][0] if i + 1 < len(gaps) else len(grid) - 1
-        first, last = max(first, a - SIDE), min(last, b + SIDE)
+        first, last = max(rows[2 * i], a - SIDE), min(rows[2 * i + 3], b + SIDE)
         left = Side(grid[first : a + 1].tolist(), values[first : a + 1].tolist())
         right = Side(grid[b : last + 1][::-1].tolist(), values[b : last + 1][::-1].tolist())
-        found = _separate(samples, left, right, grid[a : b + 1], values[a : b + 1], 0)
-        if found is None:
+        fine = _separate(samples, left, right, grid[a : b + 1], values[a : b + 1])
+        if fine is None:
+            samples.spare -= FAILED
             rough.append((float(grid[a]), float(grid[b])))
-            breaks += [float(grid[a]), float(grid[b])]
+            breaks += rough[-1]
         else:
-            breaks += found
-    inner = np.unique(breaks)
-    return inner[(inner > grid[0]) & (inner < grid[-1])], rough
+            breaks += fine.breaks
+            times += [grid[done : a + 1], fine.time[1:-1]]
+            knowns += [values[done : a + 1], fine.values[1:-1]]
+            done = b
+    inner = [t for t in sorted(set(breaks)) if grid[0] < t < grid[-1]]
+    return Found(
+        inner,
+        rough,
+        np.concatenate([*times, grid[done:]]),
+        np.concatenate([*knowns, values[done:]]),
+    )
 
 
 def _gaps(scale: float, values: Array, blur: float) -> list[tuple[int, int]]:
@@ -188,40 +210,59 @@ def _gaps(scale: float, values: Array, blur: float) -> list[tuple[int, int]]:
 
 
 def _separate(
-    samples: Samples, left: Side, right: Side, time: Array, values: Array, depth: int
-) -> list[float] | None:
-    """Times of the breaks among samples of which the first and the last end smooth sides.
+    samples: Samples, left: Side, right: Side, time: Array, values: Array, depth: int = 0
+) -> Found | None:
+    """Find the breaks among samples of which the first and the last end smooth sides.
 
     None: there are too many.
     """
-    if len(time) == 2 or depth == 0:
+    if _is_single(samples.scale, left, right, time[1:-1], values[1:-1]):
         found = _locate(samples, left, right)
-        if isinstance(found, float):
-            return [found]
+        if found is not None:
+            return Found([found], [], time, values)
         if len(time) == 2:
             time = np.array([left.time[-1], right.time[-1]])
-    intervals = len(time) - 1
-    if depth == DEEPEST or samples.spare < FINER * intervals:
+    count = FINER * (len(time) - 1)
+    if depth == DEEPEST or samples.spare < count:
         return None
-    samples.spare -= FINER * intervals
-    fine = np.linspace(time[0], time[-1], FINER * intervals + 1)
+    samples.spare -= count
+    fine = np.linspace(time[0], time[-1], count + 1)
     finer = np.concatenate([[left.values[-1]], samples.at(fine[1:-1]), [right.values[-1]]])
-    breaks: list[float] = []
     gaps = _gaps(samples.scale, finer, 0.0)
+    if gaps == [(0, count)] and count > FINER:
+        return None
+    rows = [0, *(row for gap in gaps for row in gap), count]
+    breaks: list[float] = []
     for i, (a, b) in enumerate(gaps):
-        first = gaps[i - 1][1] if i else 0
-        last = gaps[i + 1][0] if i + 1 < len(gaps) else len(fine) - 1
+        first, last = rows[2 * i], rows[2 * i + 3]
         before = Side(fine[first : a + 1].tolist(), finer[first : a + 1].tolist())
         after = Side(fine[b : last + 1][::-1].tolist(), finer[b : last + 1][::-1].tolist())
         if first == 0:
             before = Side(left.time + before.time[1:], left.values + before.values[1:])
-        if last == len(fine) - 1:
+        if last == count:
             after = Side(right.time + after.time[1:], right.values + after.values[1:])
-        found = _separate(samples, before, after, fine[a : b + 1], finer[a : b + 1], depth + 1)
-        if found is None:
+        inner = _separate(samples, before, after, fine[a : b + 1], finer[a : b + 1], depth + 1)
+        if inner is None:
             return None
-        breaks += found
-    return breaks
+        breaks += inner.breaks
+    return Found(breaks, [], fine, finer)
+
+
+def _is_single(scale: float, left: Side, right: Side, time: Array, values: Array) -> bool:
+    """Whether samples between two sides belong to the left one first and then to the right one."""
+    belong = []
+    for t, value in zip(time.tolist(), values.tolist(), strict=True):
+        misses = [
+            abs(value - extended) <= BELONGS * scale + 3.0 * doubt
+            for extended, doubt in (left.extended(t), right.extended(t))
+        ]
+        if not any(misses):
+            return False
+        belong.append(misses)
+    return any(
+        all(ours for ours, _ in belong[:k]) and all(theirs for _, theirs in belong[k:])
+        for k in range(len(belong) + 1)
+    )
 
 
 def _locate(samples: Samples, left: Side, right: Side) -> float | None:
@@ -272,9 +313,7 @@ def _trials(left: Side, right: Side, before: float, after: float) -> list[float]
     return [0.5 * (first + last)]
 
 
-def _bisect(
-    samples: Samples, left: Side, right: Side, before: float, after: float
-) -> float | None:
+def _bisect(samples: Samples, left: Side, right: Side, before: float, after: float) -> float | None:
     """Time of a jump between two sides that are straight lines so near to it."""
     first, last = start, end = left.time[-1], right.time[-1]
     base, slope = left.values[-1], (right.values[-1] + after - left.values[-1]) / (end - start)
@@ -296,20 +335,14 @@ def _bisect(
     return last
 
 
-def _follow(
-    samples: Samples,
-    grid: Array,
-    values: Array,
-    edges: Array,
-    rough: list[tuple[float, float]],
-) -> Pieces:
-    """Follow the function between its breaks, `edges` being these and both ends [s]."""
-    spacing = (grid[-1] - grid[0]) / (len(grid) - 1)
+def _follow(samples: Samples, found: Found, start: float, end: float, spacing: float) -> Pieces:
+    """Follow the function between its breaks."""
+    grid, values = found.time, found.values
     stretches, asked = [], [np.empty(0)]
-    for start, end in zip(edges, edges[1:], strict=False):
-        stretch = _stretch(grid, spacing, float(start), float(end), (start, end) in rough)
-        stretches.append(stretch)
-        asked += [stretch.head, stretch.tail]
+    edges = [start, *found.breaks, end]
+    for a, b in pairwise(edges):
+        stretches.append(_stretch(grid, spacing, a, b, (a, b) in found.rough))
+        asked += [stretches[-1].head, stretches[-1].tail]
     answers = samples.at(np.concatenate(asked))
     capacity = len(grid) + len(answers) + len(stretches)
     pieces = Pieces(
@@ -322,8 +355,8 @@ def _follow(
         known = (answers[used:middle], values[stretch.rows], answers[middle:end])
         used = end
         time = np.concatenate([stretch.head, grid[stretch.rows], stretch.tail])
-        room = Pieces(*(part[count:] for part in pieces))
-        fit = _straight if stretch.rough else _smooth
+        room = Pieces(pieces.time[count:], pieces.velocity[count:], pieces.jump[count:])
+        fit = _roughly if stretch.rough else _smooth
         room.jump[0] = True
         count += fit(stretch, time, np.concatenate(known), FOLLOWED * samples.scale, room)
     pieces.time[count] = edges[-1]
@@ -342,6 +375,7 @@ class Stretch(NamedTuple):
     rows: slice
     head: Array
     tail: Array
+    even: bool  # whether the spacing of the grid is uniform there
     rough: bool
 
 
@@ -349,17 +383,18 @@ def _stretch(grid: Array, spacing: float, start: float, end: float, rough: bool)
     """Choose the samples from one break to the next one [s], none of them at a break."""
     if rough:
         first, last = np.searchsorted(grid, [start, end])
-        return Stretch(start, slice(first, last + 1), np.empty(0), np.empty(0), rough)
+        return Stretch(start, slice(first, last + 1), np.empty(0), np.empty(0), True, True)
     inside = min(INSIDE, 1e-3 * (end - start))
     a, b = start + inside, end - inside
     if end - start < SHORT * spacing:
         shares = 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
-        return Stretch(start, slice(0), a + (b - a) * shares, np.empty(0), rough)
+        return Stretch(start, slice(0), a + (b - a) * shares, np.empty(0), False, False)
     first = int(np.searchsorted(grid, a + REGULAR * spacing))
     last = int(np.searchsorted(grid, b - REGULAR * spacing, side="right")) - 1
     head = a + (grid[first] - a) * GRADED
     tail = (b - (b - grid[last]) * GRADED)[::-1]
-    return Stretch(start, slice(first, last + 1), head, tail, rough)
+    even = last - first == round((grid[last] - grid[first]) / spacing)
+    return Stretch(start, slice(first, last + 1), head, tail, even, False)
 
 
 def _smooth(stretch: Stretch, time: Array, values: Array, allowed: float, room: Pieces) -> int:
@@ -370,7 +405,7 @@ def _smooth(stretch: Stretch, time: Array, values: Array, allowed: float, room: 
         values,
         stretch.start,
         len(stretch.head),
-        len(time) - len(stretch.tail),
+        len(stretch.head) + (stretch.rows.stop - stretch.rows.start if stretch.even else 0),
         _TABLE,
         allowed,
         np.empty(NODES, dtype=np.intp),
@@ -382,12 +417,17 @@ def _smooth(stretch: Stretch, time: Array, values: Array, allowed: float, room: 
     return int(count)
 
 
-def _straight(stretch: Stretch, time: Array, values: Array, allowed: float, room: Pieces) -> int:
-    """Fill in straight lines between the samples; return how many."""
+def _roughly(stretch: Stretch, time: Array, values: Array, allowed: float, room: Pieces) -> int:
+    """Fill in a cubic between each two samples, through two more; return how many."""
     count = len(time) - 1
+    nodes = min(4, count + 1)
+    first = np.clip(np.arange(count) - 1, 0, count + 1 - nodes)
+    stencils = first[:, None] + np.arange(nodes)
     room.time[:count] = time[:-1]
     room.velocity[:count] = 0.0
-    room.velocity[:count, 0], room.velocity[:count, 1] = values[:-1], np.diff(values) / np.diff(time)
+    since = time[stencils] - time[:-1, None]
+    powers = since[..., None] ** np.arange(nodes)
+    room.velocity[:count, :nodes] = np.linalg.solve(powers, values[stencils][..., None])[..., 0]
     return count
 
 
@@ -398,21 +438,35 @@ def _checked(value: object, t: float) -> float:
         raise InputError(f"{error.reason} at t = {t:g} s", field="velocity") from None
 
 
-# Lagrange's polynomials of a uniform stencil, about the start of its piece.
-_TABLE = np.linalg.inv(np.vander(np.arange(NODES) - float(BEFORE), increasing=True)).T.copy()
+def _lagrange() -> Array:
+    """Coefficients of Lagrange's polynomials of a uniform stencil about its piece's start."""
+    nodes = np.arange(NODES) - float(BEFORE)
+    others = [np.delete(nodes, j) for j in range(NODES)]
+    return np.array([np.poly(o)[::-1] / np.prod(x - o) for x, o in zip(nodes, others, strict=True)])
 
 
-def _differences(count: int, orders: Sequence[int]) -> Array:
-    """Coefficients of differences of some orders in the middle of a stencil, (r, count)."""
-    rows = np.zeros((len(orders), count))
-    for row, order in zip(rows, orders, strict=True):
-        before = (count - 1 - order) // 2
-        row[before : before + order + 1] = [(-1) ** k * math.comb(order, k) for k in range(order + 1)]
+_TABLE = _lagrange()
+
+
+def _differences(count: int) -> Array:
+    """Coefficients of the differences that tell a smooth stencil, see `mark_smooth`."""
+    high = count - 2
+    wanted = [(high, 0), (high, 1)]
+    if count == NODES:
+        wanted += [
+            (high + 1, 0),
+            (high - 1, 1),
+            (high - 3, 2),
+            (high, 0),
+            (high - 2, 1),
+            (high - 4, 2),
+        ]
+    rows = np.zeros((len(wanted), count))
+    for row, (order, before) in zip(rows, wanted, strict=True):
+        row[before : before + order + 1] = [
+            (-1) ** k * math.comb(order, k) for k in range(order + 1)
+        ]
     return rows
 
 
-# The highest differences of the stencils; of the long one also those lower by two and four orders.
-_DIFFERENCES = {
-    count: _differences(count, (count - 1, count - 3, count - 5) if count == NODES else (count - 1,))
-    for count in STENCILS
-}
+_DIFFERENCES = {count: _differences(count) for count in STENCILS}

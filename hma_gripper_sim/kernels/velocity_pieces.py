@@ -19,8 +19,10 @@ DECAY = 0.5  # at least, of differences by two orders where what is sampled is s
 
 @kernel
 def smooth_everywhere(values: Array, differences: Array, floor: float) -> bool:
-    """Whether every stencil is smooth, see `mark_smooth`."""
-    for first in range(values.size - differences.shape[1] + 1):
+    """Whether every other stencil is smooth (`mark_smooth`): each holds two differences."""
+    last = values.size - differences.shape[1]
+    for even in range(0, last + 2, 2):
+        first = min(even, last)
         if not _is_smooth(values, first, differences, floor):
             return False
     return True
@@ -32,16 +34,17 @@ def mark_smooth(
 ) -> None:
     """Mark the intervals and nodes of a uniform grid that are inside of a smooth stencil.
 
-    A jump or a kink makes differences grow with their order. A stencil is smooth if its highest
-    difference is at most `floor`, or if its differences fall from one row to the one above.
+    A jump or a kink makes differences grow with their order. A stencil is smooth if two
+    differences next to each other are at most `floor` (one alone may vanish by symmetry), or if
+    both odd and even differences fall with their order, as far as they are above `floor`.
 
     Parameters
     ----------
     values
         Shape (n + 1,).
     differences
-        Coefficients of the highest difference and of lower ones in the middle of the stencil,
-        one per node, shape (r, m); a single row cannot fall.
+        Coefficients, one per node, of the two differences next to each other, and, if there are
+        more rows, of three odd and three even ones, each by descending order; shape (2 or 8, m).
     inside, crossed
         Of each interval, shape (n,), and of each node, shape (n + 1,); only ever set.
     """
@@ -57,17 +60,28 @@ def mark_smooth(
 
 @kernel
 def _is_smooth(values: Array, first: int, differences: Array, floor: float) -> bool:
-    above = 0.0
-    for row in range(differences.shape[0]):
-        difference = 0.0
-        for j in range(differences.shape[1]):
-            difference += differences[row, j] * values[first + j]
-        if row == 0 and abs(difference) <= floor:
-            return True
-        if row > 0 and abs(above) > DECAY * abs(difference):
-            return False
-        above = difference
-    return bool(differences.shape[0] > 1)
+    small = True
+    for row in range(2):
+        if abs(_difference(values, first, differences, row)) > floor:
+            small = False
+    if small or differences.shape[0] == 2:
+        return small
+    for chain in range(2, 8, 3):
+        above = _difference(values, first, differences, chain)
+        for row in range(chain + 1, chain + 3):
+            difference = _difference(values, first, differences, row)
+            if abs(above) > max(floor, DECAY * abs(difference)):
+                return False
+            above = difference
+    return True
+
+
+@kernel
+def _difference(values: Array, first: int, differences: Array, row: int) -> float:
+    difference = 0.0
+    for j in range(differences.shape[1]):
+        difference += differences[row, j] * values[first + j]
+    return difference
 
 
 @kernel
@@ -132,7 +146,7 @@ def fit_pieces(
     table: Array,
     allowed: float,
     nodes: NDArray[np.intp],
-    start: Array,
+    start: NDArray[np.intp],
     out: Array,
 ) -> int:
     """Follow samples of a smooth function by polynomials; return how many.

@@ -42,5 +42,7 @@ def test_a_jump_is_not_passed() -> None:
 
 def test_a_constant_velocity_is_exact_over_hours() -> None:
     """x = x0 + v t to the last digit."""
-    motion = Motion(np.array([0.0, 1e4]), np.array([0.0, 40.0]), np.array([[0.004]]), np.ones(1, bool))
+    motion = Motion(
+        np.array([0.0, 1e4]), np.array([0.0, 40.0]), np.array([[0.004]]), np.ones(1, bool)
+    )
     np.testing.assert_array_equal(at(motion, 0, 9876.5), [-(0.004 * 9876.5), -0.004, 0.0])

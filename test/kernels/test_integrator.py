@@ -11,7 +11,7 @@ from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
 from hma_gripper_sim.kernels.integrator import GAMMA, time_to_event
-from hma_gripper_sim.motion import follow, ramp
+from hma_gripper_sim.motion import follow
 from hma_gripper_sim.simulation import Half
 
 
