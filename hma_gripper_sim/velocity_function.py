@@ -132,16 +132,33 @@ class Samples:
         return _checked(self._function(t), t)
 
 
-class Side(NamedTuple):
+class Side:
     """Samples on one side of a break, the nearest last."""
 
-    time: list[float]
-    values: list[float]
+    def __init__(self, time: Array, values: Array) -> None:
+        self._count = len(time)
+        self._time, self._values = np.empty((2, self._count + ENOUGH))
+        self._time[: self._count], self._values[: self._count] = time, values
+        self._row = np.empty(SIDE)
+        self.end, self.value = float(time[-1]), float(values[-1])
+
+    def add(self, t: float, value: float) -> None:
+        """Take over the next sample."""
+        self._time[self._count], self._values[self._count] = t, value
+        self._count += 1
+        self.end, self.value = t, value
 
     def extended(self, t: float) -> tuple[float, float]:
         """Value that the side would have at a time, and how uncertain it is [m/s]."""
-        time, values = np.array(self.time[-SIDE:]), np.array(self.values[-SIDE:])
-        return extrapolate(time, values, t, np.empty(len(time)))
+        first = max(0, self._count - SIDE)
+        return extrapolate(self._time, self._values, first, self._count - first, t, self._row)
+
+    def and_more(self, time: Array, values: Array) -> Side:
+        """Side that goes on with more samples."""
+        known = slice(max(0, self._count - SIDE), self._count)
+        return Side(
+            np.concatenate([self._time[known], time]), np.concatenate([self._values[known], values])
+        )
 
 
 class Found(NamedTuple):
@@ -171,8 +188,8 @@ def _find_breaks(samples: Samples, grid: Array, values: Array) -> Found:
     done = 0
     for i, (a, b) in enumerate(gaps):
         first, last = max(rows[2 * i], a - SIDE), min(rows[2 * i + 3], b + SIDE)
-        left = Side(grid[first : a + 1].tolist(), values[first : a + 1].tolist())
-        right = Side(grid[b : last + 1][::-1].tolist(), values[b : last + 1][::-1].tolist())
+        left = Side(grid[first : a + 1], values[first : a + 1])
+        right = Side(grid[b : last + 1][::-1], values[b : last + 1][::-1])
         fine = _separate(samples, left, right, grid[a : b + 1], values[a : b + 1])
         if fine is None:
             samples.spare -= FAILED
@@ -196,17 +213,23 @@ def _gaps(scale: float, values: Array, blur: float) -> list[tuple[int, int]]:
     """First and last row of each run of samples that no smooth stencil connects."""
     inside = np.zeros(len(values) - 1, dtype=np.bool_)
     crossed = np.zeros(len(values), dtype=np.bool_)
-    for count, floor in STENCILS.items():
-        if count <= len(values):
-            mark_smooth(values, _DIFFERENCES[count], floor * scale + blur, inside, crossed)
+    mark_smooth(values, _DIFFERENCES[NODES], STENCILS[NODES] * scale + blur, inside, crossed)
+    for a, b in _runs(~inside):
+        for count, floor in STENCILS.items():
+            if count < min(NODES, b - a + 2):
+                allowed = floor * scale + blur
+                rows = values[a : b + 1], inside[a:b], crossed[a : b + 1]
+                mark_smooth(rows[0], _DIFFERENCES[count], allowed, *rows[1:])
     # A kink at a sample is in neither of its intervals.
     alone = np.flatnonzero(~crossed[1:-1] & inside[:-1] & inside[1:])
-    open_ = ~inside
-    open_[alone] = open_[alone + 1] = True
-    steps = np.diff(open_.astype(np.int8), prepend=0, append=0)
-    return list(
-        zip(np.flatnonzero(steps > 0).tolist(), np.flatnonzero(steps < 0).tolist(), strict=True)
-    )
+    inside[alone] = inside[alone + 1] = False
+    return _runs(~inside)
+
+
+def _runs(marks: Marks) -> list[tuple[int, int]]:
+    """First row of each run of marks and the one after its last."""
+    steps = np.flatnonzero(np.diff(marks, prepend=False, append=False)).tolist()
+    return list(zip(steps[::2], steps[1::2], strict=True))
 
 
 def _separate(
@@ -221,13 +244,13 @@ def _separate(
         if found is not None:
             return Found([found], [], time, values)
         if len(time) == 2:
-            time = np.array([left.time[-1], right.time[-1]])
+            time = np.array([left.end, right.end])
     count = FINER * (len(time) - 1)
     if depth == DEEPEST or samples.spare < count:
         return None
     samples.spare -= count
     fine = np.linspace(time[0], time[-1], count + 1)
-    finer = np.concatenate([[left.values[-1]], samples.at(fine[1:-1]), [right.values[-1]]])
+    finer = np.concatenate([[left.value], samples.at(fine[1:-1]), [right.value]])
     gaps = _gaps(samples.scale, finer, 0.0)
     if gaps == [(0, count)] and count > FINER:
         return None
@@ -235,12 +258,12 @@ def _separate(
     breaks: list[float] = []
     for i, (a, b) in enumerate(gaps):
         first, last = rows[2 * i], rows[2 * i + 3]
-        before = Side(fine[first : a + 1].tolist(), finer[first : a + 1].tolist())
-        after = Side(fine[b : last + 1][::-1].tolist(), finer[b : last + 1][::-1].tolist())
+        before = Side(fine[first : a + 1], finer[first : a + 1])
+        after = Side(fine[b : last + 1][::-1], finer[b : last + 1][::-1])
         if first == 0:
-            before = Side(left.time + before.time[1:], left.values + before.values[1:])
+            before = left.and_more(fine[1 : a + 1], finer[1 : a + 1])
         if last == count:
-            after = Side(right.time + after.time[1:], right.values + after.values[1:])
+            after = right.and_more(fine[b:count][::-1], finer[b:count][::-1])
         inner = _separate(samples, before, after, fine[a : b + 1], finer[a : b + 1], depth + 1)
         if inner is None:
             return None
@@ -273,10 +296,10 @@ def _locate(samples: Samples, left: Side, right: Side) -> float | None:
     trials: list[float] = []
     width = math.inf
     for _ in range(ENOUGH):
-        first, last = left.time[-1], right.time[-1]
+        first, last = left.end, right.end
         if not trials:
-            before = left.values[-1] - right.extended(first)[0]
-            after = left.extended(last)[0] - right.values[-1]
+            before = left.value - right.extended(first)[0]
+            after = left.extended(last)[0] - right.value
             if max(abs(before), abs(after)) <= SAME * samples.scale:
                 return 0.5 * (first + last)
             if last - first < NARROW and before * after > 0.0:
@@ -292,8 +315,7 @@ def _locate(samples: Samples, left: Side, right: Side) -> float | None:
         extended, doubt, side = min(sides, key=lambda known: abs(value - known[0]))
         if abs(value - extended) > BELONGS * samples.scale + 3.0 * doubt:
             return None
-        side.time.append(t)
-        side.values.append(value)
+        side.add(t, value)
     return None
 
 
@@ -302,7 +324,7 @@ def _trials(left: Side, right: Side, before: float, after: float) -> list[float]
 
     Where the sides cross, a kink is looked for just before and after the crossing.
     """
-    first, last = left.time[-1], right.time[-1]
+    first, last = left.end, right.end
     if before * after < 0.0:
         crossing = first + (last - first) * before / (before - after)
         doubt = left.extended(crossing)[1] + right.extended(crossing)[1]
@@ -315,8 +337,8 @@ def _trials(left: Side, right: Side, before: float, after: float) -> list[float]
 
 def _bisect(samples: Samples, left: Side, right: Side, before: float, after: float) -> float | None:
     """Time of a jump between two sides that are straight lines so near to it."""
-    first, last = start, end = left.time[-1], right.time[-1]
-    base, slope = left.values[-1], (right.values[-1] + after - left.values[-1]) / (end - start)
+    first, last = start, end = left.end, right.end
+    base, slope = left.value, (right.value + after - left.value) / (end - start)
     while last - first > max(float(np.spacing(last)), np.finfo(float).eps):
         t = 0.5 * (first + last)
         value = samples.one(t)
@@ -330,8 +352,7 @@ def _bisect(samples: Samples, left: Side, right: Side, before: float, after: flo
             known = right
         if abs(miss) > BELONGS * samples.scale:
             return None
-        known.time.append(t)
-        known.values.append(value)
+        known.add(t, value)
     return last
 
 

@@ -85,21 +85,22 @@ def _difference(values: Array, first: int, differences: Array, row: int) -> floa
 
 
 @kernel
-def extrapolate(time: Array, values: Array, t: float, row: Array) -> tuple[float, float]:
-    """Value at `t` of the polynomial through all points, and how far the first one moves it.
+def extrapolate(
+    time: Array, values: Array, first: int, count: int, t: float, row: Array
+) -> tuple[float, float]:
+    """Value at `t` of the polynomial through `count` points, and how far the first one moves it.
 
-    Neville's algorithm; `row` is scratch, shape (n,).
+    Neville's algorithm; `row` is scratch, shape (count,) or longer.
     """
-    n = time.size
-    for i in range(n):
-        row[i] = values[i]
-    without_first = row[n - 1]
-    for order in range(1, n):
-        if order == n - 1:
+    for i in range(count):
+        row[i] = values[first + i]
+    without_first = row[count - 1]
+    for order in range(1, count):
+        if order == count - 1:
             without_first = row[1]
-        for i in range(n - order):
-            share = (t - time[i]) / (time[i + order] - time[i])
-            row[i] += share * (row[i + 1] - row[i])
+        for i in range(count - order):
+            begin, end = time[first + i], time[first + i + order]
+            row[i] += (t - begin) / (end - begin) * (row[i + 1] - row[i])
     return row[0], abs(row[0] - without_first)
 
 
