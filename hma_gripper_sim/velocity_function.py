@@ -42,6 +42,7 @@ STENCILS = {NODES: 1e-7, 6: 1e-8, 4: 3e-9, 3: 1e-9}
 SIDE = 8  # samples that one side of a break is extrapolated from
 ENOUGH = 60  # calls to locate a break
 FINER = 8  # parts of an interval in which several breaks are told apart
+RESOLVED = 2e-16  # s; a jump at an earlier time than 1 s is not located more finely
 NARROW = 2e-6  # s, within which both sides of a jump are straight lines
 DEEPEST = 4  # times that an interval is divided so
 SPARE, SPARE_RATE = 1000, 5000.0  # calls for that, and more of them per second
@@ -67,16 +68,17 @@ def sampled(
 ) -> Pieces:
     """Follow a velocity [m/s] that is a function of time [s] by polynomials.
 
-    The function is called every 2 ms and a few times more near its breaks, the times at which
-    it jumps or has a kink. Between two breaks it is interpolated by polynomials of degree 10:
-    a sine of 20 Hz to 10⁻¹⁰ of its amplitude. From piece to piece the velocity is continuous to
-    rounding, and the acceleration to what the interpolation is wrong by.
+    The function is called every 2 ms, and up to 60 times more near each of its breaks, the times
+    at which it jumps or has a kink. Between two breaks it is interpolated by polynomials of degree
+    11: a sine of 20 Hz to 10⁻¹¹ of its amplitude. From piece to piece the velocity is continuous
+    to rounding, and the acceleration to what the interpolation is wrong by.
 
     Where `breakpoints` are given, these are the breaks, and the values there do not matter.
     Otherwise breaks are looked for: a jump is located to rounding, a kink to where both sides
-    have the same velocity. What comes and goes within 2 ms may be missed. Where a function has
-    many breaks within a few milliseconds, as one with noise has, the search is given up after
-    1000 calls and 5000 more per second; it is then followed by cubics between the samples.
+    have the same velocity. What comes and goes within 2 ms may be missed. Where several breaks or
+    features of a few milliseconds are near each other, intervals are divided further. That ends
+    after 1000 calls and 5000 more per second; a function with noise is then, or as soon as dividing
+    does not help, followed by cubics between the samples.
 
     Raises
     ------
@@ -339,7 +341,7 @@ def _bisect(samples: Samples, left: Side, right: Side, before: float, after: flo
     """Time of a jump between two sides that are straight lines so near to it."""
     first, last = start, end = left.end, right.end
     base, slope = left.value, (right.value + after - left.value) / (end - start)
-    while last - first > max(float(np.spacing(last)), np.finfo(float).eps):
+    while last - first > max(math.ulp(last), RESOLVED):
         t = 0.5 * (first + last)
         value = samples.one(t)
         over = value - base - slope * (t - start)  # 0 on the left side, -jump on the right one
