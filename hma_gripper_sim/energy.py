@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import Scene
 
@@ -61,12 +62,7 @@ def energy_balance(
     """Balance a run of both halves (of which one may be the mirror image of the other)."""
     chain, middle = scene.half.chain, scene.half.middle_mass
     end = min(float(record.time[-1]) for record in records)
-    segment = np.clip(np.searchsorted(motion.time, [motion.time[0], end]) - 1, 0, None)
-    dt = np.array([motion.time[0], end]) - motion.time[segment]
-    speed = motion.velocity[segment] + motion.acceleration[segment] * dt
-    travel = motion.travel[segment] + dt * (
-        motion.velocity[segment] + 0.5 * motion.acceleration[segment] * dt
-    )
+    travel, speed, _ = evaluate(motion, np.array([motion.time[0], end]), before=True)
     middle_kinetic = 0.5 * middle * float(speed[1] ** 2 - speed[0] ** 2)
     middle_gravity = middle * scene.gravity * float(travel[1] - travel[0])
     actuator = middle_kinetic - middle_gravity

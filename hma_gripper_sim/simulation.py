@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ from hma_gripper_sim.kernels.integrator import (
     step_work,
 )
 from hma_gripper_sim.kernels.stage import Model, allocate
-from hma_gripper_sim.motion import Velocity, follow, ramp
+from hma_gripper_sim.motion import Velocity, evaluate, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.record import HalfRecord
@@ -182,12 +183,20 @@ class Simulation:
                 reached = float(half.state.clock[0])
                 self.restore(before)
                 raise SimulationError(outcome, reached)
-        self._arrive(motion, velocity)
+        self._arrive(motion)
+        self.velocity = velocity  # without the rounding of the ramp
 
-    def advance(self, duration: float, velocity: Velocity, sample_period: float = 0.001) -> Trace:
-        """Advance by `duration` [s] at a velocity [m/s] that may be a function of time.
+    def advance(
+        self,
+        duration: float,
+        velocity: Velocity,
+        sample_period: float = 0.001,
+        breakpoints: Sequence[float] | None = None,
+    ) -> Trace:
+        """Advance by `duration` [s] at a velocity, which may be a function of time.
 
-        The velocity is applied as it is, jumps included.  On a failure the trace ends where
+        The velocity is applied as it is, jumps included; `simulate` says in which forms it can
+        be given, and what `breakpoints` are.  On a failure the trace ends where
         the solver did, its statistics name the outcome, a `RuntimeWarning` repeats it, and
         the simulation stays where it was before the call.
 
@@ -207,7 +216,8 @@ class Simulation:
             minimum=0.0,
             exclusive=True,
         )
-        return self.advance_along(follow(velocity, self.time, self.travel, duration), sample_period)
+        motion = follow(velocity, self.time, self.travel, duration, breakpoints)
+        return self.advance_along(motion, sample_period)
 
     def advance_along(self, motion: Motion, sample_period: float) -> Trace:
         """Advance along a motion that starts at the present time and travel, like `advance`.
@@ -234,9 +244,7 @@ class Simulation:
         stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
         trace = Trace(self._scene, motion, records, sample_period, stats, touches)
         if stats.converged:
-            last = len(motion.velocity) - 1
-            length = motion.time[last + 1] - motion.time[last]
-            self._arrive(motion, float(motion.velocity[last] + motion.acceleration[last] * length))
+            self._arrive(motion)
         else:
             error = SimulationError(worst, float(trace.time[-1]))
             warnings.warn(str(error), RuntimeWarning, stacklevel=2)
@@ -346,11 +354,11 @@ class Simulation:
         counts = (half.state.counts.tolist() for half in self._halves)
         return [sum(count) for count in zip(*counts, strict=True)]
 
-    def _arrive(self, motion: Motion, velocity: float) -> None:
+    def _arrive(self, motion: Motion) -> None:
         self.time = float(motion.time[-1])
         self.travel = float(motion.travel[-1])
-        self.velocity = velocity
-        self._acceleration = float(motion.acceleration[-1])
+        _, velocity, acceleration = evaluate(motion, motion.time[-1])
+        self.velocity, self._acceleration = float(velocity), float(acceleration)
 
 
 def simulate(
@@ -359,6 +367,7 @@ def simulate(
     duration: float,
     tolerance: float | None = None,
     sample_period: float = 0.001,
+    breakpoints: Sequence[float] | None = None,
 ) -> Trace:
     """Simulate a scene from static equilibrium at travel 0.
 
@@ -367,14 +376,19 @@ def simulate(
     scene
         What is simulated.
     velocity
-        Of the prismatic joint, positive towards the object [m/s]: a number or a function of
-        time, which may jump and is applied as it is.
+        Of the prismatic joint, positive towards the object; applied as it is, jumps included.
+        A number [m/s]; segments of constant velocity, as pairs of a duration [s] and a velocity
+        [m/s]; a `scipy.interpolate.PPoly` of time; or a function of time [s], which should do
+        nothing that lasts shorter than 2 ms: it is called that often.
     duration
         [s]
     tolerance
         See `Simulation`.
     sample_period
         Of the trace [s].
+    breakpoints
+        Times [s] at which a velocity that is a function jumps or has a kink, all of them; its
+        values there do not matter. None: they are looked for.
 
     Raises
     ------
@@ -383,7 +397,7 @@ def simulate(
     SimulationError
         There is no static equilibrium.
     """
-    return Simulation(scene, tolerance).advance(duration, velocity, sample_period)
+    return Simulation(scene, tolerance).advance(duration, velocity, sample_period, breakpoints)
 
 
 def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> float:

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 from hma_gripper_sim.bending import section_moments
 from hma_gripper_sim.discretisation import HalfGripper
 from hma_gripper_sim.energy import EnergyBalance, energy_balance
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import (
     OTHER_TIP,
     PARTS,
@@ -23,7 +24,7 @@ from hma_gripper_sim.kernels.clearance import (
     first_touches,
 )
 from hma_gripper_sim.kernels.dense_output import add_load
-from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord
@@ -107,31 +108,27 @@ class Trace:
         self.time: Array = start + sample_period * np.arange(count)
 
     @cached_property
-    def _segment(self) -> NDArray[np.intp]:
-        """Segment of the motion that each sample lies on."""
-        segment = np.searchsorted(self._motion.time, self.time, side="right") - 1
-        return np.clip(segment, 0, len(self._motion.velocity) - 1)
+    def _base(self) -> tuple[Array, Array, Array]:
+        """Travel, velocity and acceleration at the samples."""
+        return evaluate(self._motion, self.time)
 
-    @cached_property
+    @property
     def travel(self) -> Array:
         """Of the prismatic joint, positive towards the object [m], shape (n_samples,)."""
-        i, m = self._segment, self._motion
-        dt = self.time - m.time[i]
-        return np.asarray(m.travel[i] + dt * (m.velocity[i] + 0.5 * m.acceleration[i] * dt))
+        return self._base[0]
 
-    @cached_property
+    @property
     def velocity(self) -> Array:
         """Of the prismatic joint, positive towards the object [m/s], shape (n_samples,)."""
-        i, m = self._segment, self._motion
-        return np.asarray(m.velocity[i] + m.acceleration[i] * (self.time - m.time[i]))
+        return self._base[1]
 
     @cached_property
     def actuator_force(self) -> Array:
         """Positive when the actuator pushes towards the object [N], shape (n_samples,)."""
         half, motion = self.scene.half, self._motion
         force = np.full(len(self.time), -half.middle_mass * self.scene.gravity)
-        if motion.acceleration.any():
-            force += half.middle_mass * motion.acceleration[self._segment]
+        if motion.velocity.shape[1] > 1:  # else its acceleration is 0
+            force += half.middle_mass * self._base[2]
         for record in (self._right, self._left):
             add_load(self.time, record.time, record.load, force)
         return force
@@ -287,7 +284,7 @@ def find_unmodelled_touches(
     mirrored = len(records) == 1
     for i, record in enumerate(records):
         other, model = records[-1 - i], scene.models[i]
-        travel = np.interp(record.time, motion.time, motion.travel)
+        travel = evaluate(motion, record.time)[0]
         angles = record.q if mirrored else _linear(record.time, other.time, other.q)
         states = Recorded(record.time, travel, record.q, angles)
         first_touches(model.chain, half.segments, model.obstacle, states, work, found)

@@ -207,7 +207,7 @@ def integrate(
     """
     n = state.q.size
     end = motion.time[-1]
-    segments = motion.velocity.size
+    segments = motion.jump.size
     segment, jump = 0, 0
     while state.clock[0] < end:
         t = state.clock[0]
@@ -222,7 +222,8 @@ def integrate(
         stop = motion.time[jump]
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
-            state.clock[1] = min(state.clock[1], restart_step(motion.velocity[segment]))
+            base_motion(motion, segment, t, work.base)
+            state.clock[1] = min(state.clock[1], restart_step(work.base[1]))
         h = min(state.clock[1], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t
