@@ -23,6 +23,9 @@ from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_
 
 Array = NDArray[np.float64]
 
+SHORTEST = 1e-9  # s; intervals are not divided further
+CLOSE = 1e-3  # how exactly a touch is timed, relative to its time
+
 
 class Placed(NamedTuple):
     """Tip at one instant, with a half-plane for each contact candidate that holds the object."""
@@ -184,8 +187,8 @@ def first_hidden_touch(
     Returns
     -------
     float
-        Time after `t` at which nothing has been touched yet and within the resolution of
-        which something will be [s], or infinity.
+        Time after `t` until which nothing is touched, shortly before something is [s], or
+        infinity.
     """
     closed = True
     for k in range(before.normal.size):
@@ -194,7 +197,6 @@ def first_hidden_touch(
         return np.inf
     bound = tip_acceleration(chain, fingertip, h, q0, v0, q1, v1)
     bound += acceleration_bound(motion, segment, t, t + h)
-    shortest = np.sqrt(4.0 * depth / max(bound, 1e-300))
     a, d = 0.0, h
     base_motion(motion, segment, t, work.base)
     _place(chain, fingertip, obstacle, work.base[0], q0, work.pose, work.start)
@@ -212,24 +214,32 @@ def first_hidden_touch(
         base_motion(motion, segment, t + b, work.base)
         _place(chain, fingertip, obstacle, work.base[0], work.q, work.pose, work.end)
         sag = 0.125 * bound * (b - a) * (b - a)
-        clear = True
+        way = 0.0
+        for k in range(work.end.points.shape[0]):
+            dx = work.end.points[k, 0] - work.start.points[k, 0]
+            dz = work.end.points[k, 1] - work.start.points[k, 1]
+            way = max(way, np.sqrt(dx * dx + dz * dz))
+        clear, touched = True, False
         for k in range(work.floor.size):
             if before.normal[k] != OPEN or inside.normal[k] != OPEN or after.normal[k] != OPEN:
                 continue
             low = work.floor[k] + sag
-            if work.start.gap[k] >= low and _clearance(fingertip, work.end, work.start, k) >= low:
+            near, far = work.start.gap[k], work.end.gap[k]
+            if near >= low and _clearance(fingertip, work.end, work.start, k) >= low:
                 continue
-            if work.end.gap[k] >= low and _clearance(fingertip, work.start, work.end, k) >= low:
+            if far >= low and _clearance(fingertip, work.start, work.end, k) >= low:
+                continue
+            if 0.5 * (near + far - way) >= low:
                 continue
             clear = False
-            break
-        if clear:
+            touched |= far < work.floor[k]
+        if clear or b - a < SHORTEST:
             a, d = b, 2.0 * (b - a)
             _copy(work.end, work.start)
-        elif b - a > shortest:
-            d = 0.5 * (b - a)
+        elif touched and b - a < CLOSE * b:
+            return a
         else:
-            return max(a, 0.5 * shortest)
+            d = 0.5 * (b - a)
     return np.inf
 
 
