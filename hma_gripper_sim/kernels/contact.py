@@ -89,6 +89,7 @@ class ContactWork(NamedTuple):
     by_pose: Array  # of the wrench to the pose alone, shape (3, 3)
     by_twist: Array  # and to the twist alone, shape (3, 3)
     gap: Array  # negative: depth [m], shape (k,); of what is open, only near the object
+    slip_row: Array  # of the slip to the twist, shape (k, 3)
     slip_drift: Array  # rate of the slip at a constant twist [m/s^2], shape (k,)
     row: Array  # scratch: differentials of normal and friction force by the pose, shape (2, 3)
     twist_row: Array  # scratch: and by the twist, shape (2, 3)
@@ -124,6 +125,7 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((3, 3)),
         np.zeros((3, 3)),
         np.zeros(k),
+        np.zeros((k, 3)),
         np.zeros(k),
         np.zeros((2, 3)),
         np.zeros((2, 3)),
@@ -283,9 +285,7 @@ def _evaluate(
     turn_cos, turn_sin = rotation(work.increment[2])
     cos = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
     sin = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
-    settled = evaluate_contacts(
-        fingertip, obstacle, law, s, tip.compliance, cos, sin, fresh, work
-    )
+    settled = evaluate_contacts(fingertip, obstacle, law, s, tip.compliance, cos, sin, fresh, work)
     for i in range(3):
         for j in range(3):
             work.tangent[i, j] = work.by_pose[i, j] + s * work.by_twist[i, j]
@@ -404,6 +404,9 @@ def evaluate_contacts(
         friction = work.friction_force[k]
 
         fx, fz = normal * ex + friction * tx, normal * ez + friction * tz
+        work.slip_row[k, 0] = tx
+        work.slip_row[k, 1] = tz
+        work.slip_row[k, 2] = lever
         work.slip_drift[k] = 0.0
         rise = ex * (vx - omega * lz) + ez * (vz + omega * lx)
         for j in range(3):

@@ -1,0 +1,430 @@
+"""One step of Radau IIA(5) for one half, contact modes held.
+
+All three stages are implicit.  With the increments `z` of the joint angles since the step's
+start as unknowns, rates are ``INVERSE z / h`` and accelerations ``INVERSE (rates - v0) / h``.
+Simplified Newton: the linearised chain of one pose serves all stages and iterations; the
+method's eigenvalues part it into one real and one complex sweep.  Contact is solved exactly in
+each iteration, in nine unknowns.
+
+A stick is a constraint on the slip.  Its force at a stage is of order 3 only, whereas angles and
+rates at the step's end are of order 5: `kernels.accelerations` finds forces as good as these.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.chain import (
+    Chain,
+    ChainWork,
+    TipResponse,
+    chain_work,
+    place,
+    tip_response,
+)
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import (
+    OPEN,
+    ContactModes,
+    copy_modes,
+)
+from hma_gripper_sim.kernels.integrator import Motion, base_motion
+from hma_gripper_sim.kernels.radau_chain import (
+    Factor,
+    Solution,
+    copy_chain,
+    factor,
+    factorise,
+    imbalances,
+    joint_increments,
+    reduce_moments,
+    solution,
+)
+from hma_gripper_sim.kernels.radau_contact import (
+    StageContacts,
+    measure_stages,
+    solve_stage_contacts,
+    stage_contacts,
+)
+from hma_gripper_sim.kernels.radau_method import (
+    ALPHA_BETA,
+    EMBEDDED,
+    FROM_COMPLEX,
+    FROM_REAL,
+    GAMMA,
+    INVERSE,
+    NODES,
+    POLYNOMIAL,
+    TO_COMPLEX,
+    TO_REAL,
+)
+from hma_gripper_sim.kernels.stage import CONSISTENT, MAX_TURN, Model
+
+Array = NDArray[np.float64]
+
+MAX_ITERATIONS = 12
+AT_ONCE = 0.1  # of the accuracy: a first correction this small needs no second one
+CONTACT_ACCURACY = 0.01  # of the accuracy of forces: that of the contacts within an iteration
+
+
+class Stages(NamedTuple):
+    """The three stages, in rows."""
+
+    z: Array  # joint increments since the step's start [rad], shape (3, n)
+    q: Array  # angles [rad], shape (3, n)
+    v: Array  # rates [rad/s], shape (3, n)
+    a: Array  # accelerations [rad/s^2], shape (3, n)
+    load: Array  # vertical load on the base [N], shape (3,)
+    imbalance: Array  # scratch: joint moments [N m], shape (3, n)
+
+
+class Tangent(NamedTuple):
+    """The linearised chain, for the method's real eigenvalue and for a complex one."""
+
+    chain: ChainWork  # where it is linearised
+    real: Factor
+    pair: Factor
+    real_side: Solution
+    pair_side: Solution
+
+
+class RadauWork(NamedTuple):
+    """Buffers and results of a step."""
+
+    stages: Stages
+    tangent: Tangent
+    contacts: StageContacts
+    chain: ChainWork  # of the stage at hand
+    tip: TipResponse
+    base: Array  # height, velocity, acceleration of the base, shape (3,)
+
+
+def radau_work(model: Model) -> RadauWork:
+    """Allocate the buffers for a model."""
+    n = model.chain.rest.size
+    return RadauWork(
+        Stages(*np.zeros((4, 3, n)), np.zeros(3), np.zeros((3, n))),
+        Tangent(
+            chain_work(n),
+            factor(n, np.float64),
+            factor(n, np.complex128),
+            solution(n, np.float64),
+            solution(n, np.complex128),
+        ),
+        stage_contacts(model.fingertip),
+        chain_work(n),
+        tip_response(),
+        np.zeros(3),
+    )
+
+
+@kernel
+def guess_first(h: float, v0: Array, a0: Array, tip_wrench: Array, z: Array, wrench: Array) -> None:
+    """First guess of a step from a state alone: constant acceleration, constant contact wrench.
+
+    Into `z`, shape (3, n), and `wrench`, shape (3, 3).
+    """
+    for i in range(3):
+        t = NODES[i] * h
+        for j in range(v0.size):
+            z[i, j] = t * (v0[j] + 0.5 * t * a0[j])
+        for j in range(3):
+            wrench[i, j] = tip_wrench[j]
+
+
+@kernel
+def guess_next(ratio: float, z: Array, wrench: Array) -> None:
+    """First guess of a step by going on along the last one's polynomials, in place.
+
+    `ratio` is the next step's length, relative to the last.
+    """
+    for j in range(z.shape[1]):
+        first, second, third = _powers(z[0, j], z[1, j], z[2, j])
+        slope = first + 2.0 * second + 3.0 * third
+        for i in range(3):
+            t = NODES[i] * ratio
+            z[i, j] = t * (slope + t * (second + 3.0 * third + t * third))
+    for j in range(3):
+        w0, w1, w2 = wrench[0, j], wrench[1, j], wrench[2, j]
+        for i in range(3):
+            wrench[i, j] = parabola(1.0 + NODES[i] * ratio, w0, w1, w2)
+
+
+@kernel
+def parabola(theta: float, f0: float, f1: float, f2: float) -> float:
+    """Value at a share `theta` of the step of the parabola through those of the stages."""
+    slope = (f1 - f0) / (NODES[1] - NODES[0])
+    bend = ((f2 - f1) / (1.0 - NODES[1]) - slope) / (1.0 - NODES[0])
+    value: float = f0 + (theta - NODES[0]) * (slope + (theta - NODES[1]) * bend)
+    return value
+
+
+@kernel
+def _powers(z0: float, z1: float, z2: float) -> tuple[float, float, float]:
+    """Coefficients of the collocation polynomial's powers 1 to 3."""
+    return (
+        POLYNOMIAL[0, 0] * z0 + POLYNOMIAL[0, 1] * z1 + POLYNOMIAL[0, 2] * z2,
+        POLYNOMIAL[1, 0] * z0 + POLYNOMIAL[1, 1] * z1 + POLYNOMIAL[1, 2] * z2,
+        POLYNOMIAL[2, 0] * z0 + POLYNOMIAL[2, 1] * z1 + POLYNOMIAL[2, 2] * z2,
+    )
+
+
+@kernel
+def collocation_state(
+    theta: float, q0: Array, v0: Array, stage_z: Array, stage_v: Array, q: Array, v: Array
+) -> None:
+    """Joint angles and rates at a share `theta` of the step, into `q` and `v`, shape (n,).
+
+    Both are the method's collocation polynomials: the rate's is not the angle's derivative.
+    """
+    for j in range(q0.size):
+        a, b, c = _powers(stage_z[0, j], stage_z[1, j], stage_z[2, j])
+        q[j] = q0[j] + theta * (a + theta * (b + theta * c))
+        a, b, c = _powers(stage_v[0, j] - v0[j], stage_v[1, j] - v0[j], stage_v[2, j] - v0[j])
+        v[j] = v0[j] + theta * (a + theta * (b + theta * c))
+
+
+@kernel
+def angle_error(h: float, v0: Array, z: Array) -> float:
+    """Difference of a step's angles to its embedded solution of order 3: largest of a body."""
+    turn, largest = 0.0, 0.0
+    for j in range(v0.size):
+        defect = h * v0[j]
+        for i in range(3):
+            defect += EMBEDDED[i] * z[i, j]
+        turn += defect / GAMMA
+        largest = max(largest, abs(turn))
+    return largest
+
+
+@kernel
+def load_error(before: float, load: Array) -> float:
+    """How far the loads of the stages, shape (3,), continued back, miss the one `before`."""
+    return float(abs(parabola(0.0, load[0], load[1], load[2]) - before))
+
+
+@kernel
+def _rates(h: float, v0: Array, stages: Stages) -> None:
+    """Rates and accelerations of the stages from their increments."""
+    z, v, a = stages.z, stages.v, stages.a
+    for j in range(v0.size):
+        for i in range(3):
+            rate = INVERSE[i, 0] * z[0, j] + INVERSE[i, 1] * z[1, j] + INVERSE[i, 2] * z[2, j]
+            v[i, j] = rate / h
+        first, second, third = v[0, j] - v0[j], v[1, j] - v0[j], v[2, j] - v0[j]
+        for i in range(3):
+            a[i, j] = (INVERSE[i, 0] * first + INVERSE[i, 1] * second + INVERSE[i, 2] * third) / h
+
+
+@kernel
+def _factorise(
+    chain: Chain, h: float, wrench: Array, tangent: Tangent, hold: Array, compliance: Array
+) -> bool:
+    """Factorise the chain placed in ``tangent.chain``, the tip under a `wrench`, shape (3,).
+
+    Leaves the tip's compliance for the real eigenvalue in `hold`, shape (3, 3), and that
+    between all stages in `compliance`, shape (9, 9).
+    """
+    s, pair = GAMMA / h, ALPHA_BETA / h
+    if not factorise(chain, s * s, s, 1.0, wrench, tangent.chain, tangent.real):
+        return False
+    if not factorise(chain, pair * pair, pair, 1.0, wrench, tangent.chain, tangent.pair):
+        return False
+    for i in range(3):
+        for j in range(3):
+            one, two = tangent.real.compliance[i, j], tangent.pair.compliance[i, j]
+            hold[i, j] = one
+            for row in range(3):
+                for column in range(3):
+                    entry = FROM_REAL[row] * TO_REAL[column] * one
+                    entry += (FROM_COMPLEX[row] * TO_COMPLEX[column] * two).real
+                    compliance[3 * row + i, 3 * column + j] = entry
+    return True
+
+
+@kernel
+def _free_response(
+    chain: Chain, tangent: Tangent, imbalance: Array, load: Array, free: Array
+) -> None:
+    """Inward sweeps: how tip and base answer to the imbalances alone.
+
+    Adds to the `load` on the base, shape (3,); the tip's increments go into `free`, (3, 3).
+    """
+    real, pair = tangent.real_side, tangent.pair_side
+    for j in range(imbalance.shape[1]):
+        one, two = 0.0, 0j
+        for i in range(3):
+            one += TO_REAL[i] * imbalance[i, j]
+            two += TO_COMPLEX[i] * imbalance[i, j]
+        real.moment[j] = one
+        pair.moment[j] = two
+    reduce_moments(chain, tangent.chain, tangent.real, real)
+    reduce_moments(chain, tangent.chain, tangent.pair, pair)
+    for i in range(3):
+        load[i] += FROM_REAL[i] * real.root[0] + (FROM_COMPLEX[i] * pair.root[0]).real
+        for j in range(3):
+            free[i, j] = FROM_REAL[i] * real.free[j] + (FROM_COMPLEX[i] * pair.free[j]).real
+
+
+@kernel
+def _increments(chain: Chain, tangent: Tangent, change: Array, z: Array, load: Array) -> float:
+    """Outward sweeps: correct the joint increments `z` and the `load` on the base.
+
+    `change` is that of the contact wrenches, shape (3, 3).  Returns the largest rotation of a
+    body by the correction.
+    """
+    real, pair = tangent.real_side, tangent.pair_side
+    real_load, pair_load = 0.0, 0j
+    for j in range(3):
+        one, two = 0.0, 0j
+        for i in range(3):
+            one += TO_REAL[i] * change[i, j]
+            two += TO_COMPLEX[i] * change[i, j]
+        real.change[j] = one
+        pair.change[j] = two
+        real_load += tangent.real.root[j] * one
+        pair_load += tangent.pair.root[j] * two
+    joint_increments(chain, tangent.chain, tangent.real, real)
+    joint_increments(chain, tangent.chain, tangent.pair, pair)
+    largest = 0.0
+    for i in range(3):
+        load[i] += FROM_REAL[i] * real_load + (FROM_COMPLEX[i] * pair_load).real
+        turn = 0.0
+        for j in range(z.shape[1]):
+            dz = FROM_REAL[i] * real.increment[j] + (FROM_COMPLEX[i] * pair.increment[j]).real
+            z[i, j] += dz
+            turn += dz
+            largest = max(largest, abs(turn))
+    return largest
+
+
+@kernel
+def _release(wrench: Array, change: Array, free: Array, compliance: Array, moved: Array) -> None:
+    """The answer of a tip that touches nothing: the guessed wrenches vanish."""
+    for i in range(3):
+        for j in range(3):
+            change[i, j] = -wrench[i, j]
+            wrench[i, j] = 0.0
+    for i in range(3):
+        for j in range(3):
+            total = free[i, j]
+            for other in range(3):
+                for m in range(3):
+                    total += compliance[3 * i + j, 3 * other + m] * change[other, m]
+            moved[i, j] = total
+
+
+@kernel
+def radau_step(
+    model: Model,
+    motion: Motion,
+    segment: int,
+    t: float,
+    h: float,
+    accuracy: float,
+    scale: float,
+    q0: Array,
+    v0: Array,
+    modes: ContactModes,
+    work: RadauWork,
+) -> int:
+    """Take one step of length `h` [s] from the state (`q0`, `v0`) at time `t` [s].
+
+    Parameters
+    ----------
+    accuracy
+        Accepted error of the iteration: of a body's angle [rad], and of forces relative to
+        `scale` [N].
+    modes
+        Of the contacts, held in all stages.
+    work
+        ``stages.z`` and ``contacts.wrench`` hold the first guess (`guess_first`, `guess_next`)
+        and receive the result; the step's end is the last stage.
+
+    Returns
+    -------
+    int
+        Number of Newton iterations, or 0 when there was no convergence.
+    """
+    n = q0.size
+    chain, stages, contacts, tip = model.chain, work.stages, work.contacts, work.tip
+    copy_modes(modes, contacts.work.modes)
+    touching = False
+    for k in range(modes.normal.size):
+        touching |= modes.normal[k] != OPEN
+        for i in range(3):
+            contacts.stick_force[i, k] = modes.stick_force[k]
+            contacts.normal_force[i, k] = 0.0
+            contacts.friction_force[i, k] = 0.0
+            contacts.slip[i, k] = 0.0
+    before = 0.0
+    for iteration in range(MAX_ITERATIONS + 1):
+        _rates(h, v0, stages)
+        # The first round linearises at the guess of the middle stage.
+        for i in range(3):
+            if iteration == 0 and i != 1:
+                continue
+            for j in range(n):
+                stages.q[i, j] = q0[j] + stages.z[i, j]
+            base_motion(motion, segment, t + NODES[i] * h, work.base)
+            q, v, wrench = stages.q[i], stages.v[i], contacts.wrench[i]
+            place(chain, work.base, model.gravity, q, v, stages.a[i], work.chain, tip)
+            if iteration == 0:
+                copy_chain(work.chain, work.tangent.chain)
+                continue
+            stages.load[i] = imbalances(chain, q, v, wrench, work.chain, stages.imbalance[i])
+            contacts.turn[i, 0] = tip.turn[0]
+            contacts.turn[i, 1] = tip.turn[1]
+            for j in range(3):
+                contacts.pose[i, j] = tip.pose[j]
+                contacts.twist[i, j] = tip.twist[j]
+        if iteration == 0:
+            wrench = contacts.wrench[1]
+            if not _factorise(chain, h, wrench, work.tangent, contacts.hold, contacts.compliance):
+                return 0
+            continue
+        _free_response(chain, work.tangent, stages.imbalance, stages.load, contacts.free)
+        if touching:
+            if not solve_stage_contacts(
+                model.fingertip,
+                model.obstacle,
+                model.law,
+                h,
+                CONTACT_ACCURACY * accuracy * scale,
+                contacts,
+            ):
+                return 0
+        else:
+            _release(
+                contacts.wrench,
+                contacts.change,
+                contacts.free,
+                contacts.compliance,
+                contacts.increment,
+            )
+        turn = _increments(chain, work.tangent, contacts.change, stages.z, stages.load)
+        if not turn < MAX_TURN:
+            return 0
+        force = 0.0
+        for i in range(3):
+            for j in range(2):
+                force = max(force, abs(contacts.change[i, j]))
+                if touching:
+                    sunk = model.law.stiffness * abs(contacts.increment[i, j])
+                    force = max(force, CONSISTENT * sunk)
+        size = max(turn, force / scale) / accuracy
+        ratio = size / before if before > 0.0 else 1.0
+        if size <= AT_ONCE or (ratio < 1.0 and size * ratio <= 1.0 - ratio):
+            _rates(h, v0, stages)
+            for j in range(n):
+                for i in range(3):
+                    stages.q[i, j] = q0[j] + stages.z[i, j]
+            measure_stages(model.fingertip, model.obstacle, h, contacts)
+            return iteration
+        if iteration > 2 and ratio >= 1.0:
+            return 0
+        before = size
+    return 0

@@ -1,0 +1,44 @@
+"""Coefficients of the three-stage Radau IIA method: order 5, stage order 3.
+
+E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, IV.8 (RADAU5).  Kernels see
+these arrays as constants.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+ROOT = np.sqrt(6.0)
+NODES = np.array([(4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0])
+_WEIGHTS = np.array(
+    [
+        [(88 - 7 * ROOT) / 360, (296 - 169 * ROOT) / 1800, (-2 + 3 * ROOT) / 225],
+        [(296 + 169 * ROOT) / 1800, (88 + 7 * ROOT) / 360, (-2 - 3 * ROOT) / 225],
+        [(16 - ROOT) / 36, (16 + ROOT) / 36, 1 / 9],
+    ]
+)
+INVERSE = np.linalg.inv(_WEIGHTS)
+"""Rates at the stages for the increments since the step's start, times its length."""
+
+_values, _right = np.linalg.eig(INVERSE)
+_left = np.linalg.inv(_right)
+_real = int(np.argmin(np.abs(_values.imag)))
+_complex = int(np.argmax(_values.imag))
+GAMMA = float(_values[_real].real)
+ALPHA_BETA = complex(_values[_complex])
+"""The eigenvalues of `INVERSE`: this, and this with its conjugate."""
+
+_scale = _right[0, _real]
+FROM_REAL = np.ascontiguousarray((_right[:, _real] / _scale).real)
+TO_REAL = np.ascontiguousarray((_left[_real] * _scale).real)
+FROM_COMPLEX = np.ascontiguousarray(2.0 * _right[:, _complex])
+TO_COMPLEX = np.ascontiguousarray(_left[_complex])
+"""Stage vectors are ``FROM_REAL x + Re(FROM_COMPLEX y)``, `x` and `y` their sums with ``TO``."""
+
+# q(t0 + theta h) - q0 of the collocation polynomial: sum over the stages and powers of theta,
+# ``sum_ij POLYNOMIAL[j, i] z_i theta^(j + 1)``.
+POLYNOMIAL = np.linalg.inv(NODES[:, None] ** np.arange(1, 4))
+
+# Embedded solution of order 3 with the rate at the step's start: its difference is
+# ``(h v0 + sum EMBEDDED z) / GAMMA``.
+EMBEDDED = np.array([-13.0 - 7.0 * ROOT, -13.0 + 7.0 * ROOT, -1.0]) / 3.0
