@@ -237,7 +237,7 @@ def _rub(
     if regularised:
         grip = law.friction * abs(normal) / law.slip_velocity
         friction = held = -grip * slip
-        settled = not fresh and abs(friction - modes.stick_force[k]) <= CREEP_TOLERANCE * limit
+        settled = not fresh and abs(friction - modes.stick_force[k]) <= CREEP_TOLERANCE * abs(limit)
         modes.stick_force[k] = friction
         if normal != 0.0:
             for j in range(3):
@@ -253,7 +253,7 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * limit
+        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * abs(limit)
         settled = still and not fresh
     twist_row[1, 0] -= grip * tx
     twist_row[1, 1] -= grip * tz

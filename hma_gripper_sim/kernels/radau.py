@@ -1,7 +1,8 @@
 """One step of Radau IIA(5) for one half, contact modes held.
 
-All three stages are implicit.  With the increments `z` of the joint angles since the step's
-start as unknowns, rates are ``INVERSE z / h`` and accelerations ``INVERSE (rates - v0) / h``.
+All three stages are implicit.  The unknowns are the angles `z` by which the joints deviate from
+going on at the rates `v0` of the start: then rates are ``v0 + INVERSE z / h`` and accelerations
+``INVERSE INVERSE z / h^2``, which short steps do not drown in rounding.
 Simplified Newton: the linearised chain of one pose serves all stages and iterations; the
 method's eigenvalues part it into one real and one complex sweep.  Contact is solved exactly in
 each iteration, in nine unknowns.
@@ -67,13 +68,16 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
 AT_ONCE = 0.1  # of the accuracy: a first correction this small needs no second one
+SOFT_HOLD = 100.0  # by which sticks are held softer than in `kernels.contact`: rounding of a slip
+# would else show in its force
+ROUNDING = 1e-10  # rad, and of the scale of forces: corrections this small need not fall further
 CONTACT_ACCURACY = 0.01  # of the accuracy of forces: that of the contacts within an iteration
 
 
 class Stages(NamedTuple):
     """The three stages, in rows."""
 
-    z: Array  # joint increments since the step's start [rad], shape (3, n)
+    z: Array  # what the angles add to going on at the start's rates [rad], shape (3, n)
     q: Array  # angles [rad], shape (3, n)
     v: Array  # rates [rad/s], shape (3, n)
     a: Array  # accelerations [rad/s^2], shape (3, n)
@@ -122,35 +126,45 @@ def radau_work(model: Model) -> RadauWork:
 
 
 @kernel
-def guess_first(h: float, v0: Array, a0: Array, tip_wrench: Array, z: Array, wrench: Array) -> None:
-    """First guess of a step from a state alone: constant acceleration, constant contact wrench.
+def guess_first(
+    h: float, a0: Array, tip_wrench: Array, modes: ContactModes, z: Array, contacts: StageContacts
+) -> None:
+    """First guess of a step from a state alone: constant accelerations and contact forces.
 
-    Into `z`, shape (3, n), and `wrench`, shape (3, 3).
+    Into `z`, shape (3, n), and `contacts`.
     """
     for i in range(3):
         t = NODES[i] * h
-        for j in range(v0.size):
-            z[i, j] = t * (v0[j] + 0.5 * t * a0[j])
+        for j in range(a0.size):
+            z[i, j] = 0.5 * t * t * a0[j]
         for j in range(3):
-            wrench[i, j] = tip_wrench[j]
+            contacts.wrench[i, j] = tip_wrench[j]
+        for k in range(modes.normal.size):
+            contacts.stick_force[i, k] = modes.stick_force[k]
 
 
 @kernel
-def guess_next(ratio: float, z: Array, wrench: Array) -> None:
+def guess_next(ratio: float, z: Array, contacts: StageContacts) -> None:
     """First guess of a step by going on along the last one's polynomials, in place.
 
     `ratio` is the next step's length, relative to the last.
     """
     for j in range(z.shape[1]):
-        first, second, third = _powers(z[0, j], z[1, j], z[2, j])
-        slope = first + 2.0 * second + 3.0 * third
+        _, second, third = _powers(z[0, j], z[1, j], z[2, j])
         for i in range(3):
             t = NODES[i] * ratio
-            z[i, j] = t * (slope + t * (second + 3.0 * third + t * third))
-    for j in range(3):
-        w0, w1, w2 = wrench[0, j], wrench[1, j], wrench[2, j]
+            z[i, j] = t * t * (second + 3.0 * third + t * third)
+    _go_on(ratio, contacts.wrench)
+    _go_on(ratio, contacts.stick_force)
+
+
+@kernel
+def _go_on(ratio: float, values: Array) -> None:
+    """Move values of the stages, in rows, on to the next step along their parabola."""
+    for j in range(values.shape[1]):
+        f0, f1, f2 = values[0, j], values[1, j], values[2, j]
         for i in range(3):
-            wrench[i, j] = parabola(1.0 + NODES[i] * ratio, w0, w1, w2)
+            values[i, j] = parabola(1.0 + NODES[i] * ratio, f0, f1, f2)
 
 
 @kernel
@@ -174,28 +188,27 @@ def _powers(z0: float, z1: float, z2: float) -> tuple[float, float, float]:
 
 @kernel
 def collocation_state(
-    theta: float, q0: Array, v0: Array, stage_z: Array, stage_v: Array, q: Array, v: Array
+    theta: float, h: float, q0: Array, v0: Array, stages: Stages, q: Array, v: Array
 ) -> None:
     """Joint angles and rates at a share `theta` of the step, into `q` and `v`, shape (n,).
 
     Both are the method's collocation polynomials: the rate's is not the angle's derivative.
     """
     for j in range(q0.size):
-        a, b, c = _powers(stage_z[0, j], stage_z[1, j], stage_z[2, j])
-        q[j] = q0[j] + theta * (a + theta * (b + theta * c))
-        a, b, c = _powers(stage_v[0, j] - v0[j], stage_v[1, j] - v0[j], stage_v[2, j] - v0[j])
+        a, b, c = _powers(stages.z[0, j], stages.z[1, j], stages.z[2, j])
+        q[j] = q0[j] + theta * (h * v0[j] + a + theta * (b + theta * c))
+        a, b, c = _powers(
+            stages.v[0, j] - v0[j], stages.v[1, j] - v0[j], stages.v[2, j] - v0[j]
+        )
         v[j] = v0[j] + theta * (a + theta * (b + theta * c))
 
 
 @kernel
-def angle_error(h: float, v0: Array, z: Array) -> float:
+def angle_error(z: Array) -> float:
     """Difference of a step's angles to its embedded solution of order 3: largest of a body."""
     turn, largest = 0.0, 0.0
-    for j in range(v0.size):
-        defect = h * v0[j]
-        for i in range(3):
-            defect += EMBEDDED[i] * z[i, j]
-        turn += defect / GAMMA
+    for j in range(z.shape[1]):
+        turn += (EMBEDDED[0] * z[0, j] + EMBEDDED[1] * z[1, j] + EMBEDDED[2] * z[2, j]) / GAMMA
         largest = max(largest, abs(turn))
     return largest
 
@@ -207,16 +220,21 @@ def load_error(before: float, load: Array) -> float:
 
 
 @kernel
-def _rates(h: float, v0: Array, stages: Stages) -> None:
-    """Rates and accelerations of the stages from their increments."""
-    z, v, a = stages.z, stages.v, stages.a
+def _place_stages(h: float, q0: Array, v0: Array, stages: Stages) -> None:
+    """Angles, rates and accelerations of the stages."""
+    z, q, v, a = stages.z, stages.q, stages.v, stages.a
     for j in range(v0.size):
+        first, second, third = z[0, j] / h, z[1, j] / h, z[2, j] / h
+        rise0 = INVERSE[0, 0] * first + INVERSE[0, 1] * second + INVERSE[0, 2] * third
+        rise1 = INVERSE[1, 0] * first + INVERSE[1, 1] * second + INVERSE[1, 2] * third
+        rise2 = INVERSE[2, 0] * first + INVERSE[2, 1] * second + INVERSE[2, 2] * third
+        v[0, j] = v0[j] + rise0
+        v[1, j] = v0[j] + rise1
+        v[2, j] = v0[j] + rise2
         for i in range(3):
-            rate = INVERSE[i, 0] * z[0, j] + INVERSE[i, 1] * z[1, j] + INVERSE[i, 2] * z[2, j]
-            v[i, j] = rate / h
-        first, second, third = v[0, j] - v0[j], v[1, j] - v0[j], v[2, j] - v0[j]
-        for i in range(3):
-            a[i, j] = (INVERSE[i, 0] * first + INVERSE[i, 1] * second + INVERSE[i, 2] * third) / h
+            rate = INVERSE[i, 0] * rise0 + INVERSE[i, 1] * rise1 + INVERSE[i, 2] * rise2
+            a[i, j] = rate / h
+            q[i, j] = q0[j] + (NODES[i] * h * v0[j] + z[i, j])
 
 
 @kernel
@@ -225,8 +243,8 @@ def _factorise(
 ) -> bool:
     """Factorise the chain placed in ``tangent.chain``, the tip under a `wrench`, shape (3,).
 
-    Leaves the tip's compliance for the real eigenvalue in `hold`, shape (3, 3), and that
-    between all stages in `compliance`, shape (9, 9).
+    Leaves the tip's compliance between all stages in `compliance`, shape (9, 9), and one that
+    says how hard to hold a stick in `hold`, shape (3, 3).
     """
     s, pair = GAMMA / h, ALPHA_BETA / h
     if not factorise(chain, s * s, s, 1.0, wrench, tangent.chain, tangent.real):
@@ -236,7 +254,7 @@ def _factorise(
     for i in range(3):
         for j in range(3):
             one, two = tangent.real.compliance[i, j], tangent.pair.compliance[i, j]
-            hold[i, j] = one
+            hold[i, j] = SOFT_HOLD * one
             for row in range(3):
                 for column in range(3):
                     entry = FROM_REAL[row] * TO_REAL[column] * one
@@ -341,34 +359,30 @@ def radau_step(
     modes
         Of the contacts, held in all stages.
     work
-        ``stages.z`` and ``contacts.wrench`` hold the first guess (`guess_first`, `guess_next`)
-        and receive the result; the step's end is the last stage.
+        Holds the first guess (`guess_first`, `guess_next`) and receives the result; the step's
+        end is the last stage.
 
     Returns
     -------
     int
         Number of Newton iterations, or 0 when there was no convergence.
     """
-    n = q0.size
     chain, stages, contacts, tip = model.chain, work.stages, work.contacts, work.tip
     copy_modes(modes, contacts.work.modes)
     touching = False
     for k in range(modes.normal.size):
         touching |= modes.normal[k] != OPEN
         for i in range(3):
-            contacts.stick_force[i, k] = modes.stick_force[k]
             contacts.normal_force[i, k] = 0.0
             contacts.friction_force[i, k] = 0.0
             contacts.slip[i, k] = 0.0
     before = 0.0
     for iteration in range(MAX_ITERATIONS + 1):
-        _rates(h, v0, stages)
+        _place_stages(h, q0, v0, stages)
         # The first round linearises at the guess of the middle stage.
         for i in range(3):
             if iteration == 0 and i != 1:
                 continue
-            for j in range(n):
-                stages.q[i, j] = q0[j] + stages.z[i, j]
             base_motion(motion, segment, t + NODES[i] * h, work.base)
             q, v, wrench = stages.q[i], stages.v[i], contacts.wrench[i]
             place(chain, work.base, model.gravity, q, v, stages.a[i], work.chain, tip)
@@ -415,13 +429,11 @@ def radau_step(
                 if touching:
                     sunk = model.law.stiffness * abs(contacts.increment[i, j])
                     force = max(force, CONSISTENT * sunk)
-        size = max(turn, force / scale) / accuracy
+        size = max(turn, force / scale)
         ratio = size / before if before > 0.0 else 1.0
-        if size <= AT_ONCE or (ratio < 1.0 and size * ratio <= 1.0 - ratio):
-            _rates(h, v0, stages)
-            for j in range(n):
-                for i in range(3):
-                    stages.q[i, j] = q0[j] + stages.z[i, j]
+        stagnant = iteration > 2 and ratio > 0.5 and size <= ROUNDING
+        if size <= AT_ONCE * accuracy or size * ratio <= (1.0 - ratio) * accuracy or stagnant:
+            _place_stages(h, q0, v0, stages)
             measure_stages(model.fingertip, model.obstacle, h, contacts)
             return iteration
         if iteration > 2 and ratio >= 1.0:

@@ -50,6 +50,8 @@ class StageContacts(NamedTuple):
     pose: Array  # where the linearisation is, shape (3, 3)
     turn: Array  # cosine and sine of the pose's angle, shape (3, 2)
     twist: Array  # shape (3, 3)
+    found_pose: Array  # for the increments found, shape (3, 3)
+    found_twist: Array  # shape (3, 3)
     wrench: Array  # estimated, then found; on the tip about its joint, shape (3, 3)
     change: Array  # from the one to the other, shape (3, 3)
     free: Array  # increment of the pose under the estimated wrenches, shape (3, 3)
@@ -72,6 +74,8 @@ def stage_contacts(fingertip: Fingertip) -> StageContacts:
         *np.zeros((2, 3, 3, 3)),
         np.zeros((3, 3)),
         np.zeros((3, 2)),
+        np.zeros((3, 3)),
+        np.zeros((3, 3)),
         np.zeros((3, 3)),
         np.zeros((3, 3)),
         np.zeros((3, 3)),
@@ -227,10 +231,13 @@ def solve_stage_contacts(
 
 @kernel
 def measure_stages(fingertip: Fingertip, obstacle: Obstacle, h: float, work: StageContacts) -> None:
-    """Gaps of open contacts at all stages, and their rates, at the increments found."""
+    """Poses, twists and gaps of open contacts at all stages, for the increments found."""
     stage = work.work
     for i in range(3):
         _move_stage(h, i, work)
+        for j in range(3):
+            work.found_pose[i, j] = stage.pose[j]
+            work.found_twist[i, j] = stage.twist[j]
         measure_gaps(
             fingertip,
             obstacle,

@@ -35,10 +35,10 @@ FROM_COMPLEX = np.ascontiguousarray(2.0 * _right[:, _complex])
 TO_COMPLEX = np.ascontiguousarray(_left[_complex])
 """Stage vectors are ``FROM_REAL x + Re(FROM_COMPLEX y)``, `x` and `y` their sums with ``TO``."""
 
-# q(t0 + theta h) - q0 of the collocation polynomial: sum over the stages and powers of theta,
-# ``sum_ij POLYNOMIAL[j, i] z_i theta^(j + 1)``.
+# A polynomial of degree 3 that is 0 at the step's start and has values `f` at the stages is
+# ``sum_ij POLYNOMIAL[j, i] f_i theta^(j + 1)`` at the share `theta` of the step.
 POLYNOMIAL = np.linalg.inv(NODES[:, None] ** np.arange(1, 4))
 
-# Embedded solution of order 3 with the rate at the step's start: its difference is
-# ``(h v0 + sum EMBEDDED z) / GAMMA``.
+# The embedded solution of order 3, which also uses the rate at the step's start, differs by
+# ``EMBEDDED z / GAMMA``; of increments that are linear in time it is exact.
 EMBEDDED = np.array([-13.0 - 7.0 * ROOT, -13.0 + 7.0 * ROOT, -1.0]) / 3.0
