@@ -7,8 +7,9 @@ Simplified Newton: the linearised chain of one pose serves all stages and iterat
 method's eigenvalues part it into one real and one complex sweep.  Contact is solved exactly in
 each iteration, in nine unknowns.
 
-A stick is a constraint on the slip.  Its force at a stage is of order 3 only, whereas angles and
-rates at the step's end are of order 5: `kernels.accelerations` finds forces as good as these.
+A stick is a constraint on the slip.  Its force at a stage is of order 3 only in general, whereas
+angles and rates at the step's end are of order 5: `kernels.accelerations` finds forces as good
+as these.
 """
 
 from __future__ import annotations
@@ -150,21 +151,33 @@ def guess_next(ratio: float, z: Array, contacts: StageContacts) -> None:
     `ratio` is the next step's length, relative to the last.
     """
     for j in range(z.shape[1]):
-        _, second, third = _powers(z[0, j], z[1, j], z[2, j])
+        _, second, third = powers(z[0, j], z[1, j], z[2, j])
         for i in range(3):
             t = NODES[i] * ratio
             z[i, j] = t * t * (second + 3.0 * third + t * third)
-    _go_on(ratio, contacts.wrench)
-    _go_on(ratio, contacts.stick_force)
+    _move_stages(1.0, ratio, contacts.wrench)
+    _move_stages(1.0, ratio, contacts.stick_force)
 
 
 @kernel
-def _go_on(ratio: float, values: Array) -> None:
-    """Move values of the stages, in rows, on to the next step along their parabola."""
+def guess_again(ratio: float, z: Array, contacts: StageContacts) -> None:
+    """First guess of a step that is repeated at `ratio` times its length, in place."""
+    for j in range(z.shape[1]):
+        first, second, third = powers(z[0, j], z[1, j], z[2, j])
+        for i in range(3):
+            t = NODES[i] * ratio
+            z[i, j] = t * (first + t * (second + t * third))
+    _move_stages(0.0, ratio, contacts.wrench)
+    _move_stages(0.0, ratio, contacts.stick_force)
+
+
+@kernel
+def _move_stages(start: float, ratio: float, values: Array) -> None:
+    """Move values of the stages, in rows, along their parabola to a step that begins elsewhere."""
     for j in range(values.shape[1]):
         f0, f1, f2 = values[0, j], values[1, j], values[2, j]
         for i in range(3):
-            values[i, j] = parabola(1.0 + NODES[i] * ratio, f0, f1, f2)
+            values[i, j] = parabola(start + NODES[i] * ratio, f0, f1, f2)
 
 
 @kernel
@@ -177,12 +190,12 @@ def parabola(theta: float, f0: float, f1: float, f2: float) -> float:
 
 
 @kernel
-def _powers(z0: float, z1: float, z2: float) -> tuple[float, float, float]:
-    """Coefficients of the collocation polynomial's powers 1 to 3."""
+def powers(f0: float, f1: float, f2: float) -> tuple[float, float, float]:
+    """Coefficients of a step's cubic that is 0 at its start, from its values at the stages."""
     return (
-        POLYNOMIAL[0, 0] * z0 + POLYNOMIAL[0, 1] * z1 + POLYNOMIAL[0, 2] * z2,
-        POLYNOMIAL[1, 0] * z0 + POLYNOMIAL[1, 1] * z1 + POLYNOMIAL[1, 2] * z2,
-        POLYNOMIAL[2, 0] * z0 + POLYNOMIAL[2, 1] * z1 + POLYNOMIAL[2, 2] * z2,
+        POLYNOMIAL[0, 0] * f0 + POLYNOMIAL[0, 1] * f1 + POLYNOMIAL[0, 2] * f2,
+        POLYNOMIAL[1, 0] * f0 + POLYNOMIAL[1, 1] * f1 + POLYNOMIAL[1, 2] * f2,
+        POLYNOMIAL[2, 0] * f0 + POLYNOMIAL[2, 1] * f1 + POLYNOMIAL[2, 2] * f2,
     )
 
 
@@ -195,11 +208,9 @@ def collocation_state(
     Both are the method's collocation polynomials: the rate's is not the angle's derivative.
     """
     for j in range(q0.size):
-        a, b, c = _powers(stages.z[0, j], stages.z[1, j], stages.z[2, j])
+        a, b, c = powers(stages.z[0, j], stages.z[1, j], stages.z[2, j])
         q[j] = q0[j] + theta * (h * v0[j] + a + theta * (b + theta * c))
-        a, b, c = _powers(
-            stages.v[0, j] - v0[j], stages.v[1, j] - v0[j], stages.v[2, j] - v0[j]
-        )
+        a, b, c = powers(stages.v[0, j] - v0[j], stages.v[1, j] - v0[j], stages.v[2, j] - v0[j])
         v[j] = v0[j] + theta * (a + theta * (b + theta * c))
 
 
