@@ -62,6 +62,7 @@ class TipResponse(NamedTuple):
     pose: Array  # x, z of the last joint and the last body's angle, shape (3,)
     turn: Array  # cosine and sine of that angle, shape (2,)
     twist: Array  # their rates, shape (3,)
+    acceleration: Array  # and the rates of those, shape (3,)
     wrench: Array  # estimated contact wrench about the last joint: fx, fz, m; shape (3,)
     free: Array  # increment of the pose under the estimated wrench, shape (3,)
     compliance: Array  # increment for unit changes of the wrench, shape (3, 3)
@@ -88,6 +89,7 @@ def tip_response() -> TipResponse:
     return TipResponse(
         np.zeros(3),
         np.array([1.0, 0.0]),
+        np.zeros(3),
         np.zeros(3),
         np.zeros(3),
         np.zeros(3),
@@ -204,6 +206,9 @@ def place(
     tip.twist[0] = vx
     tip.twist[1] = vz
     tip.twist[2] = omega
+    tip.acceleration[0] = ax
+    tip.acceleration[1] = az
+    tip.acceleration[2] = alpha
 
 
 @kernel

@@ -85,9 +85,16 @@ class ContactWork(NamedTuple):
     slip: Array  # tangential velocity [m/s], shape (k,)
     place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
     wrench: Array  # on the tip about the last joint: fx, fz, m; shape (3,)
-    tangent: Array  # of the wrench to the pose, shape (3, 3)
-    row: Array  # scratch: differentials of normal and friction force, shape (2, 3)
+    tangent: Array  # of the wrench to the pose, twist following with s; shape (3, 3)
+    by_pose: Array  # of the wrench to the pose alone, shape (3, 3)
+    by_twist: Array  # and to the twist alone, shape (3, 3)
+    gap: Array  # negative: depth [m], shape (k,); of what is open, only near the object
+    slip_row: Array  # of the slip to the twist, shape (k, 3)
+    slip_drift: Array  # rate of the slip at a constant twist [m/s^2], shape (k,)
+    row: Array  # scratch: differentials of normal and friction force by the pose, shape (2, 3)
+    twist_row: Array  # scratch: and by the twist, shape (2, 3)
     pose: Array  # scratch: trial pose, shape (3,)
+    twist: Array  # scratch: trial twist, shape (3,)
     increment: Array  # scratch: trial increment of the pose, shape (3,)
     residual: Array  # scratch: what it lacks to the chain's answer, shape (3,)
     correction: Array  # scratch, shape (3,)
@@ -115,7 +122,14 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((k, 2)),
         np.zeros(3),
         np.zeros((3, 3)),
+        np.zeros((3, 3)),
+        np.zeros((3, 3)),
+        np.zeros(k),
+        np.zeros((k, 3)),
+        np.zeros(k),
         np.zeros((2, 3)),
+        np.zeros((2, 3)),
+        np.zeros(3),
         np.zeros(3),
         np.zeros(3),
         np.zeros(3),
@@ -189,7 +203,7 @@ def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
 def _rub(
     law: ContactLaw,
     s: float,
-    tip: TipResponse,
+    compliance: Array,
     k: int,
     normal: float,
     slip: float,
@@ -203,10 +217,11 @@ def _rub(
 
     `lever` is the slip per rotation of the tip.  Returns whether a stick force has settled.
     """
-    modes, row = work.modes, work.row
+    modes, row, twist_row = work.modes, work.row, work.twist_row
     limit = law.friction * normal
     work.friction_force[k] = 0.0
     row[1, :] = 0.0
+    twist_row[1, :] = 0.0
     if law.friction == 0.0 or s == 0.0:
         return True
     regularised = law.slip_velocity > 0.0
@@ -215,19 +230,21 @@ def _rub(
         work.friction_force[k] = mode * limit
         for j in range(3):
             row[1, j] = mode * law.friction * row[0, j]
+            twist_row[1, j] = mode * law.friction * twist_row[0, j]
         if mode * slip > -law.slip_velocity:
             work.wanted.friction[k] = STICK
         return True
     if regularised:
         grip = law.friction * abs(normal) / law.slip_velocity
         friction = held = -grip * slip
-        settled = not fresh and abs(friction - modes.stick_force[k]) <= CREEP_TOLERANCE * limit
+        settled = not fresh and abs(friction - modes.stick_force[k]) <= CREEP_TOLERANCE * abs(limit)
         modes.stick_force[k] = friction
         if normal != 0.0:
             for j in range(3):
                 row[1, j] = friction / normal * row[0, j]
+                twist_row[1, j] = friction / normal * twist_row[0, j]
     else:
-        c = tip.compliance
+        c = compliance
         answer = tx * (c[0, 0] * tx + c[0, 1] * tz + c[0, 2] * lever)
         answer += tz * (c[1, 0] * tx + c[1, 1] * tz + c[1, 2] * lever)
         answer += lever * (c[2, 0] * tx + c[2, 1] * tz + c[2, 2] * lever)
@@ -236,11 +253,11 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * limit
+        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * abs(limit)
         settled = still and not fresh
-    row[1, 0] -= grip * s * tx
-    row[1, 1] -= grip * s * tz
-    row[1, 2] -= grip * s * lever
+    twist_row[1, 0] -= grip * tx
+    twist_row[1, 1] -= grip * tz
+    twist_row[1, 2] -= grip * lever
     work.friction_force[k] = friction
     if normal > 0.0 and not fresh and abs(held) > limit * (1.0 + 1e-9):
         work.wanted.friction[k] = SLIP_LEFT if held > 0.0 else SLIP_RIGHT
@@ -259,23 +276,49 @@ def _evaluate(
 ) -> bool:
     """Evaluate the forces of the present modes and their tangent at the trial increment.
 
-    Also notes the modes that the result asks for.  `fresh` says that the modes have not
-    shaped the increment yet: then the slip of a sticking contact means nothing.
+    The twist follows the increment with the rate `s`.  Returns whether all stick forces have
+    settled.
+    """
+    for j in range(3):
+        work.pose[j] = tip.pose[j] + work.increment[j]
+        work.twist[j] = tip.twist[j] + s * work.increment[j]
+    turn_cos, turn_sin = rotation(work.increment[2])
+    cos = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
+    sin = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
+    settled = evaluate_contacts(fingertip, obstacle, law, s, tip.compliance, cos, sin, fresh, work)
+    for i in range(3):
+        for j in range(3):
+            work.tangent[i, j] = work.by_pose[i, j] + s * work.by_twist[i, j]
+    return settled
+
+
+@kernel
+def evaluate_contacts(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    s: float,
+    compliance: Array,
+    cos: float,
+    sin: float,
+    fresh: bool,
+    work: ContactWork,
+) -> bool:
+    """Evaluate the forces of the present modes at a pose and twist, and their differentials.
+
+    Pose and twist are in `work`, (cos, sin) are of the pose's angle.  `s` and the tip's
+    `compliance`, shape (3, 3), say how hard a sticking contact must be held.  Also notes the
+    modes that the result asks for.  `fresh` says that the modes have not shaped pose and twist
+    yet: then the slip of a sticking contact means nothing.
 
     Returns whether all stick forces have settled.
     """
     modes, wanted = work.modes, work.wanted
     settled = True
-    for j in range(3):
-        work.pose[j] = tip.pose[j] + work.increment[j]
     work.wrench[:] = 0.0
-    work.tangent[:, :] = 0.0
-    turn_cos, turn_sin = rotation(work.increment[2])
-    cos = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
-    sin = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
-    vx = tip.twist[0] + s * work.increment[0]
-    vz = tip.twist[1] + s * work.increment[1]
-    omega = tip.twist[2] + s * work.increment[2]
+    work.by_pose[:, :] = 0.0
+    work.by_twist[:, :] = 0.0
+    vx, vz, omega = work.twist[0], work.twist[1], work.twist[2]
     points, radius = fingertip.points, fingertip.radius
     for k in range(modes.normal.size):
         work.normal_force[k] = 0.0
@@ -312,6 +355,7 @@ def _evaluate(
             distance, nx, nz, curvature = point_distance(obstacle, x, z)
         turning = gliding or fingertip.along_tip_normal  # the force's direction turns with the tip
         gap = distance - obstacle.radius - radius
+        work.gap[k] = gap
         if gap > 0.0 and mode == OPEN:
             continue
         ex, ez = nx, nz
@@ -327,14 +371,17 @@ def _evaluate(
             slip = tx * (vx - omega * lz) + tz * (vz + omega * lx) - radius * omega
             wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
             continue
-        row = work.row
-        normal, stiffness, damping = push, law.stiffness, law.damping * s
+        row, twist_row = work.row, work.twist_row
+        normal, stiffness, damping = push, law.stiffness, law.damping
         if mode == GRAZING:
             stiffness += max(0.0, -law.damping * approach) / GRAZE
             normal, damping = -stiffness * gap, 0.0
-        row[0, 0] = -stiffness * nx - damping * ex
-        row[0, 1] = -stiffness * nz - damping * ez
-        row[0, 2] = -stiffness * (nz * lx - nx * lz) - damping * (ez * lx - ex * lz)
+        row[0, 0] = -stiffness * nx
+        row[0, 1] = -stiffness * nz
+        row[0, 2] = -stiffness * (nz * lx - nx * lz)
+        twist_row[0, 0] = -damping * ex
+        twist_row[0, 1] = -damping * ez
+        twist_row[0, 2] = -damping * (ez * lx - ex * lz)
 
         shift, shift_turn, shift_swing, to_depth = 0.0, 0.0, 0.0, 0.0
         if gap < 0.0 and ahead + behind > 0.0:
@@ -353,10 +400,15 @@ def _evaluate(
 
         lever = tz * lx - tx * lz - radius  # slip per rotation
         slip = tx * vx + tz * vz + lever * omega
-        settled &= _rub(law, s, tip, k, normal, slip, tx, tz, lever, fresh, work)
+        settled &= _rub(law, s, compliance, k, normal, slip, tx, tz, lever, fresh, work)
         friction = work.friction_force[k]
 
         fx, fz = normal * ex + friction * tx, normal * ez + friction * tz
+        work.slip_row[k, 0] = tx
+        work.slip_row[k, 1] = tz
+        work.slip_row[k, 2] = lever
+        work.slip_drift[k] = 0.0
+        rise = ex * (vx - omega * lz) + ez * (vz + omega * lx)
         for j in range(3):
             if turning:
                 psi = 1.0 if j == 2 else 0.0
@@ -384,9 +436,16 @@ def _evaluate(
                 dshift += shift_swing * psi
                 dlx += dshift * ux
                 dlz += dshift * uz
-            work.tangent[0, j] += dfx
-            work.tangent[1, j] += dfz
-            work.tangent[2, j] += dlx * fz - dlz * fx + lx * dfz - lz * dfx - radius * row[1, j]
+            work.by_pose[0, j] += dfx
+            work.by_pose[1, j] += dfz
+            work.by_pose[2, j] += dlx * fz - dlz * fx + lx * dfz - lz * dfx - radius * row[1, j]
+            slip_rate = omega * (tz * dlx - tx * dlz) - psi * rise
+            work.slip_drift[k] += slip_rate * work.twist[j]
+            dfx = twist_row[0, j] * ex + twist_row[1, j] * tx
+            dfz = twist_row[0, j] * ez + twist_row[1, j] * tz
+            work.by_twist[0, j] += dfx
+            work.by_twist[1, j] += dfz
+            work.by_twist[2, j] += lx * dfz - lz * dfx - radius * twist_row[1, j]
         work.wrench[0] += fx
         work.wrench[1] += fz
         work.wrench[2] += lx * fz - lz * fx - radius * friction

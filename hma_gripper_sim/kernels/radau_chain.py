@@ -1,0 +1,263 @@
+"""Sweeps over a chain whose tangent is kept: factorised once, solved for many right sides.
+
+The three stages of a Radau step share the linearised chain ``c_m M + c_d D + c_e K`` of one
+pose.  For an eigenvalue ``s`` of the method, real or complex, its coefficients are ``s^2``, ``s``
+and 1; with 1, 0 and 0 the mass matrix is left, which yields accelerations.  A complex tangent is
+symmetric, not Hermitian, and needs no pivoting: divided by `s` its real part is positive
+definite as long as the chain is stable.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.chain import Chain, ChainWork
+from hma_gripper_sim.kernels.compiled import kernel
+
+Array = NDArray[np.float64]
+Field = NDArray[Any]  # of float64 or complex128
+
+
+class Factor(NamedTuple):
+    """A factorised tangent; all arrays real, or all complex."""
+
+    coupling: Field  # tangent row of each joint's moment to motions before it, shape (n, 3)
+    give: Field  # inverse pivots, shape (n,)
+    lever: Field  # joint moment from unit wrenches on the tip, shape (n, 3)
+    compliance: Field  # of the tip: pose for unit wrenches, shape (3, 3)
+    root: Field  # vertical load on the base from unit wrenches on the tip, shape (3,)
+
+
+class Solution(NamedTuple):
+    """Buffers of one right side; the type is that of the factor."""
+
+    moment: Field  # joint moments to be balanced, then eliminated, shape (n,)
+    free: Field  # pose of the tip under them, shape (3,)
+    root: Field  # vertical load on the base that they shift, shape (1,)
+    change: Field  # wrench on the tip that comes on top, shape (3,)
+    increment: Field  # of the joints, shape (n,)
+
+
+def factor(n: int, dtype: type) -> Factor:
+    """Allocate the factor of a chain of `n` joints."""
+    return Factor(
+        np.zeros((n, 3), dtype),
+        np.zeros(n, dtype),
+        np.zeros((n, 3), dtype),
+        np.zeros((3, 3), dtype),
+        np.zeros(3, dtype),
+    )
+
+
+def solution(n: int, dtype: type) -> Solution:
+    """Allocate the buffers of a right side for a chain of `n` joints."""
+    return Solution(
+        np.zeros(n, dtype),
+        np.zeros(3, dtype),
+        np.zeros(1, dtype),
+        np.zeros(3, dtype),
+        np.zeros(n, dtype),
+    )
+
+
+@kernel
+def copy_chain(source: ChainWork, target: ChainWork) -> None:
+    """Copy where the bodies are and what loads them."""
+    for i in range(source.arm.shape[0]):
+        for j in range(2):
+            target.step[i, j] = source.step[i, j]
+            target.slide[i, j] = source.slide[i, j]
+            target.swerve[i, j] = source.swerve[i, j]
+            target.arm[i, j] = source.arm[i, j]
+        for j in range(3):
+            target.load[i, j] = source.load[i, j]
+
+
+@kernel
+def imbalances(
+    chain: Chain, q: Array, v: Array, wrench: Array, work: ChainWork, imbalance: Array
+) -> float:
+    """Inward sweep: joint moments that are not balanced, into `imbalance`, shape (n,).
+
+    `work` holds the chain as `kernels.chain.place` left it, `wrench` acts on the tip.  Returns
+    the vertical load on the base.
+    """
+    n = q.size
+    fx, fz, m = wrench[0], wrench[1], wrench[2]
+    for i in range(n - 1, -1, -1):
+        if i < n - 1:
+            m += work.step[i, 0] * fz - work.step[i, 1] * fx
+        cx, cz = work.arm[i, 0], work.arm[i, 1]
+        gx, gz = work.load[i, 0], work.load[i, 1]
+        fx += gx
+        fz += gz
+        m += cx * gz - cz * gx + work.load[i, 2]
+        lack = m - chain.stiffness[i] * q[i] - chain.damping[i] * v[i]
+        if chain.straightening[i] > 0.0:
+            lack += work.slide[i, 0] * fx + work.slide[i, 1] * fz
+        imbalance[i] = lack
+    return fz
+
+
+@kernel
+def factorise(
+    chain: Chain,
+    inertial: Any,
+    viscous: Any,
+    elastic: float,
+    wrench: Array,
+    work: ChainWork,
+    out: Factor,
+) -> bool:
+    """Inward sweep: factorise ``inertial M + viscous D + elastic K``.
+
+    `K` includes what loads and the tip's `wrench` do as the chain turns.  Returns False when a
+    pivot vanishes or is not a number.
+    """
+    n = out.give.size
+    zero = 0.0 * inertial
+    one = zero + 1.0
+    fx, fz = elastic * wrench[0], elastic * wrench[1]
+    kxx = kxz = kzz = kxt = kzt = ktt = zero
+    xx = zz = mm = one
+    xz = xm = zx = zm = mx = mz = zero
+    cxx = cxz = czz = cxt = czt = ctt = zero
+    for i in range(n - 1, -1, -1):
+        if i < n - 1:
+            rx, rz = work.step[i, 0], work.step[i, 1]
+            ktt += 2.0 * (rx * kzt - rz * kxt) + rz * rz * kxx - 2.0 * rx * rz * kxz + rx * rx * kzz
+            ktt += rx * fx + rz * fz
+            kxt += rx * kxz - rz * kxx
+            kzt += rx * kzz - rz * kxz
+            xm += rx * xz - rz * xx
+            zm += rx * zz - rz * zx
+            mm += rx * mz - rz * mx
+        cx, cz = work.arm[i, 0], work.arm[i, 1]
+        gx, gz = elastic * work.load[i, 0], elastic * work.load[i, 1]
+        heavy = chain.mass[i] * inertial
+        fx += gx
+        fz += gz
+        kxx += heavy
+        kzz += heavy
+        kxt -= heavy * cz
+        kzt += heavy * cx
+        ktt += heavy * (cx * cx + cz * cz) + chain.inertia[i] * inertial + cx * gx + cz * gz
+        own, bx, bz, bt = ktt, kxt, kzt, ktt
+        ax, az, at = xm, zm, mm
+        if chain.straightening[i] > 0.0:
+            sx, sz = work.slide[i, 0], work.slide[i, 1]
+            own += 2.0 * (sx * kxt + sz * kzt) + sx * sx * kxx + 2.0 * sx * sz * kxz + sz * sz * kzz
+            own -= work.swerve[i, 0] * fx + work.swerve[i, 1] * fz
+            ax += sx * xx + sz * xz
+            az += sx * zx + sz * zz
+            at += sx * mx + sz * mz
+            bx += sx * kxx + sz * kxz
+            bz += sx * kxz + sz * kzz
+            bt += sx * kxt + sz * kzt - sx * fz + sz * fx
+        pivot = own + elastic * chain.stiffness[i] + chain.damping[i] * viscous
+        if not abs(pivot) > 0.0:
+            return False
+        inverse = 1.0 / pivot
+        out.give[i] = inverse
+        out.coupling[i, 0] = bx
+        out.coupling[i, 1] = bz
+        out.coupling[i, 2] = bt
+        out.lever[i, 0] = ax
+        out.lever[i, 1] = az
+        out.lever[i, 2] = at
+        cxx += ax * ax * inverse
+        cxz += ax * az * inverse
+        czz += az * az * inverse
+        cxt += ax * at * inverse
+        czt += az * at * inverse
+        ctt += at * at * inverse
+        ux, uz, ut = bx * inverse, bz * inverse, bt * inverse
+        xx -= ux * ax
+        xz -= uz * ax
+        xm -= ut * ax
+        zx -= ux * az
+        zz -= uz * az
+        zm -= ut * az
+        mx -= ux * at
+        mz -= uz * at
+        mm -= ut * at
+        kxx -= ux * bx
+        kxz -= ux * bz
+        kzz -= uz * bz
+        kxt -= ux * bt
+        kzt -= uz * bt
+        ktt -= ut * bt
+    out.compliance[0, 0] = cxx
+    out.compliance[0, 1] = cxz
+    out.compliance[0, 2] = cxt
+    out.compliance[1, 0] = cxz
+    out.compliance[1, 1] = czz
+    out.compliance[1, 2] = czt
+    out.compliance[2, 0] = cxt
+    out.compliance[2, 1] = czt
+    out.compliance[2, 2] = ctt
+    out.root[0] = xz
+    out.root[1] = zz
+    out.root[2] = mz
+    return True
+
+
+@kernel
+def reduce_moments(chain: Chain, work: ChainWork, tangent: Factor, right: Solution) -> None:
+    """Inward sweep: eliminate the joint moments of a right side.
+
+    `work` is that of `factorise`.  Leaves what the tip and the base do without a change of the
+    wrench in ``right.free`` and ``right.root``.
+    """
+    n = right.moment.size
+    zero = 0.0 * tangent.give[0]
+    fx = fz = m = zero
+    free_x = free_z = free_t = zero
+    for i in range(n - 1, -1, -1):
+        if i < n - 1:
+            m += work.step[i, 0] * fz - work.step[i, 1] * fx
+        moment = right.moment[i] + m
+        if chain.straightening[i] > 0.0:
+            moment += work.slide[i, 0] * fx + work.slide[i, 1] * fz
+        right.moment[i] = moment
+        turn = moment * tangent.give[i]
+        free_x += tangent.lever[i, 0] * turn
+        free_z += tangent.lever[i, 1] * turn
+        free_t += tangent.lever[i, 2] * turn
+        fx -= tangent.coupling[i, 0] * turn
+        fz -= tangent.coupling[i, 1] * turn
+        m -= tangent.coupling[i, 2] * turn
+    right.free[0] = free_x
+    right.free[1] = free_z
+    right.free[2] = free_t
+    right.root[0] = fz
+
+
+@kernel
+def joint_increments(chain: Chain, work: ChainWork, tangent: Factor, right: Solution) -> None:
+    """Outward sweep: increments of the joints under the moments and the change of the wrench."""
+    n = right.moment.size
+    zero = 0.0 * tangent.give[0]
+    dx = dz = turn = zero
+    fx, fz, m = right.change[0], right.change[1], right.change[2]
+    for i in range(n):
+        moment = (
+            right.moment[i]
+            + tangent.lever[i, 0] * fx
+            + tangent.lever[i, 1] * fz
+            + tangent.lever[i, 2] * m
+            - tangent.coupling[i, 0] * dx
+            - tangent.coupling[i, 1] * dz
+            - tangent.coupling[i, 2] * turn
+        )
+        step = moment * tangent.give[i]
+        right.increment[i] = step
+        turn += step
+        if chain.straightening[i] > 0.0:
+            dx += work.slide[i, 0] * step
+            dz += work.slide[i, 1] * step
+        dx -= work.step[i, 1] * turn
+        dz += work.step[i, 0] * turn

@@ -1,0 +1,415 @@
+"""Time integration of one half by Radau IIA(5): for tight tolerances.
+
+Between events the motion is smooth and the contact modes are held; a step in which one of them
+would change is repeated to end there.  Then, as after a jump of the commanded motion, a tiny
+step of the implicit Euler method finds the modes that go on.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import (
+    CLOSED,
+    GRAZING,
+    OPEN,
+    STICK,
+    ContactLaw,
+    ContactModes,
+    copy_modes,
+    measure_gaps,
+)
+from hma_gripper_sim.kernels.integrator import (
+    DONE,
+    FULL,
+    NOT_FINITE,
+    STUCK,
+    HalfState,
+    Motion,
+    Record,
+    base_motion,
+)
+from hma_gripper_sim.kernels.radau import (
+    RadauWork,
+    angle_error,
+    guess_again,
+    guess_first,
+    guess_next,
+    load_error,
+    powers,
+    radau_step,
+    radau_work,
+)
+from hma_gripper_sim.kernels.radau_method import NODES, QUADRATURE
+from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
+
+Array = NDArray[np.float64]
+
+EULER, SHORTEST, LONGEST_EULER = 1e-7, 1e-12, 1e-5  # s; step that finds modes, and its bounds
+SMALLEST_STEP = 1e-9  # s
+RESTART = 1e-4  # s; first step after a jump or an event
+SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
+FAILED = 0.25  # shorter when the iteration does not converge
+CALM = 1e-8  # of the error accepted: smaller ones are taken as this
+
+# The embedded estimates are of order 3, the result of order 5: what a step may show of them at a
+# tolerance of 1 falls with its power 2/3 (as in RADAU5).
+ESTIMATE = 0.05
+ACCURACY = 1e-2  # of the iteration, relative to the tolerance
+LANDING = 1e-3  # s per tolerance: how exactly an event is met
+LATEST, EARLIEST = 1e-6, 1e-10  # s; bounds of that
+LANDINGS = 8  # repeated steps to one event
+PROBES = 16  # of an event function's cubic in a step
+
+
+class RadauScratch(NamedTuple):
+    """Buffers of the integrator beside those of a step."""
+
+    step: RadauWork
+    q: Array
+    v: Array
+    a: Array
+    # How far each contact is from a change of its normal and its friction mode, positive while
+    # it keeps them: at the step's start and at the stages, shape (4, k, 2).
+    margin: Array
+    gap: Array  # shape (k, 1)
+    gap_rate: Array  # shape (k, 1)
+    going: Array  # length of the last step [s], 0: start afresh; shape (1,)
+
+
+def radau_scratch(model: Model) -> RadauScratch:
+    """Allocate the buffers for a model; a run starts afresh."""
+    n = model.chain.rest.size
+    step = radau_work(model)
+    k = step.contacts.slip.shape[1]
+    return RadauScratch(
+        step, *np.zeros((3, n)), np.zeros((4, k, 2)), *np.zeros((2, k, 1)), np.zeros(1)
+    )
+
+
+@kernel
+def _event_margins(
+    law: ContactLaw,
+    modes: ContactModes,
+    k: int,
+    normal: float,
+    friction: float,
+    slip: float,
+    gap: float,
+    rate: float,
+    margin: Array,
+) -> None:
+    """How far contact `k` is from a change of its modes, into `margin`, shape (2,).
+
+    An open contact closes when it overlaps and would push; a closed one opens when it no longer
+    pushes; a stick slips beyond the friction limit [N], a slip ends at rest [m/s].
+    """
+    margin[1] = np.inf
+    if modes.normal[k] == OPEN:
+        margin[0] = max(gap, gap + law.damping / law.stiffness * rate)
+        return
+    margin[0] = normal
+    if law.friction == 0.0:
+        return
+    mode = modes.friction[k]
+    if mode == STICK:
+        margin[1] = law.friction * normal - abs(friction)
+    else:
+        margin[1] = -mode * slip - law.slip_velocity
+
+
+@kernel
+def _first_zero(f: float, f0: float, f1: float, f2: float) -> float:
+    """Share of the step at which an event function, positive at its start, first vanishes; or inf.
+
+    On the cubic through its values at the start, `f`, and at the stages.
+    """
+    a, b, c = powers(f0 - f, f1 - f, f2 - f)
+    low = 0.0
+    for i in range(1, PROBES + 1):
+        high = i / PROBES
+        if f + high * (a + high * (b + high * c)) < 0.0:
+            while high - low > 1e-15:
+                middle = 0.5 * (low + high)
+                if middle in (low, high):
+                    break
+                if f + middle * (a + middle * (b + middle * c)) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = high
+    return np.inf
+
+
+@kernel
+def _first_event(margin: Array) -> float:
+    """Share of the step at which the first contact would change its modes, or inf."""
+    first = np.inf
+    for k in range(margin.shape[1]):
+        for event in range(2):
+            f = margin[0, k, event]
+            if np.isfinite(f):
+                zero = _first_zero(f, margin[1, k, event], margin[2, k, event], margin[3, k, event])
+                first = min(first, zero)
+    return first
+
+
+@kernel
+def _find_modes(
+    model: Model,
+    motion: Motion,
+    segment: int,
+    duration: float,
+    state: HalfState,
+    work: Work,
+    scratch: RadauScratch,
+) -> bool:
+    """Take an implicit Euler step that finds the contact modes, and forces that go with them."""
+    s, t = 1.0 / duration, state.clock[0] + duration
+    tip, contact = work.tip, work.contact
+    base_motion(motion, segment, t, work.base)
+    for j in range(3):
+        tip.wrench[j] = state.wrench[j]
+    for i in range(state.q.size):
+        scratch.q[i] = state.q[i] + duration * state.v[i]
+    copy_modes(state.modes, contact.modes)
+    if not solve_stage(model, s, 1e-12, state.q, state.v, scratch.q, scratch.v, scratch.a, work):
+        return False
+    modes = state.modes
+    copy_modes(contact.modes, modes)
+    for k in range(modes.normal.size):
+        if modes.normal[k] == GRAZING:
+            modes.normal[k] = CLOSED
+        modes.stick_force[k] = contact.friction_force[k]
+    for i in range(state.q.size):
+        state.q[i] = scratch.q[i]
+        state.v[i] = scratch.v[i]
+        state.a[i] = scratch.a[i]
+    step = scratch.step
+    found = step.contacts.work
+    if not solve_accelerations(
+        model,
+        work.base,
+        state.q,
+        state.v,
+        modes,
+        state.a,
+        step.chain,
+        step.tip,
+        step.tangent.real,
+        step.tangent.real_side,
+        found,
+    ):
+        return False
+    for j in range(3):
+        state.wrench[j] = found.wrench[j]
+    state.load[0] = step.tip.root_force[0]
+    gap, rate = scratch.gap, scratch.gap_rate
+    measure_gaps(model.fingertip, model.obstacle, step.tip.pose, step.tip.twist, modes, gap, rate)
+    for k in range(modes.normal.size):
+        modes.stick_force[k] = found.friction_force[k]
+        _event_margins(
+            model.law,
+            modes,
+            k,
+            found.normal_force[k],
+            found.friction_force[k],
+            found.slip[k],
+            gap[k, 0],
+            rate[k, 0],
+            scratch.margin[0, k],
+        )
+    return True
+
+
+@kernel
+def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) -> None:
+    """Event functions of the stages of a step."""
+    found = scratch.step.contacts
+    for i in range(3):
+        for k in range(modes.normal.size):
+            _event_margins(
+                law,
+                modes,
+                k,
+                found.normal_force[i, k],
+                found.friction_force[i, k],
+                found.slip[i, k],
+                found.gap[i, k, 0],
+                found.gap_rate[i, k, 0],
+                scratch.margin[1 + i, k],
+            )
+
+
+@kernel
+def _add_work(
+    model: Model, motion: Motion, segment: int, t: float, h: float, work: Array, step: RadauWork
+) -> None:
+    """Integrate the rates of `Record.work` over a step into `work`, shape (4,)."""
+    stages, found = step.stages, step.contacts
+    for i in range(3):
+        base_motion(motion, segment, t + NODES[i] * h, step.base)
+        share = QUADRATURE[i] * h
+        work[0] -= share * stages.load[i] * step.base[1]
+        for j in range(stages.v.shape[1]):
+            work[1] += share * model.chain.damping[j] * stages.v[i, j] * stages.v[i, j]
+        for j in range(3):
+            work[2] -= share * found.wrench[i, j] * found.found_twist[i, j]
+        for k in range(found.slip.shape[1]):
+            work[3] -= share * found.friction_force[i, k] * found.slip[i, k]
+
+
+@kernel
+def _write(state: HalfState, load: Array, record: Record, row: int) -> None:
+    """Record an accepted step; `load` is that at its stages, shape (3,)."""
+    record.time[row] = state.clock[0]
+    for i in range(state.q.size):
+        record.q[row, i] = state.q[i]
+        record.v[row, i] = state.v[i]
+        record.a[row, i] = state.a[i]
+    for j in range(3):
+        record.wrench[row, j] = state.wrench[j]
+        record.load[row, j] = load[j]
+    for j in range(4):
+        record.work[row, j] = state.work[j]
+
+
+@kernel
+def integrate_radau(
+    model: Model,
+    motion: Motion,
+    tolerance: float,
+    state: HalfState,
+    record: Record,
+    filled: int,
+    work: Work,
+    scratch: RadauScratch,
+) -> tuple[int, int]:
+    """Step `state` to the end of `motion`; record accepted steps from row `filled` on.
+
+    As `kernels.integrator.integrate`, but for the load in the record: that at the three stages,
+    shape (c, 3).
+    """
+    step, margin = scratch.step, scratch.margin
+    stages, contacts = step.stages, step.contacts
+    modes, clock = state.modes, state.clock
+    n, count = state.q.size, state.modes.normal.size
+    end, segments = motion.time[-1], motion.velocity.size
+    estimate = ESTIMATE * tolerance ** (2.0 / 3.0)
+    met = max(EARLIEST, min(LATEST, LANDING * tolerance))
+    segment, euler = 0, EULER
+    first = scratch.going[0] == 0.0
+    fresh = first
+    while segment + 1 < segments and motion.time[segment + 1] <= clock[0]:
+        segment += 1
+    while clock[0] < end:
+        t = clock[0]
+        while segment + 1 < segments and motion.time[segment + 1] <= t:
+            segment += 1
+            fresh |= motion.jump[segment]
+        stop = motion.time[segment + 1]
+        if filled >= record.time.size:
+            return FULL, filled
+        if fresh:
+            duration = min(euler, stop - t)
+            if not _find_modes(model, motion, segment, duration, state, work, scratch):
+                euler *= FAILED
+                if euler < SHORTEST:
+                    return STUCK, filled
+                continue
+            clock[0] = stop if duration == stop - t else t + duration
+            clock[1] = min(clock[1], RESTART)
+            clock[2] = max(clock[2], abs(state.load[0]))
+            for i in range(3):
+                stages.load[i] = state.load[0]
+            state.counts[0] += 1
+            _write(state, stages.load, record, filled)
+            filled += 1
+            fresh, first = False, True
+            for k in range(count):
+                fresh |= margin[0, k, 0] < 0.0 or margin[0, k, 1] < 0.0
+            euler = min(2.0 * euler, LONGEST_EULER) if fresh else EULER
+            continue
+        h = min(clock[1], stop - t)
+        if stop - t - h < 0.1 * h:
+            h = stop - t
+        if first:
+            guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
+        else:
+            guess_next(h / scratch.going[0], stages.z, contacts)
+        landings, growth = 0, GROW
+        while True:
+            iterations = radau_step(
+                model,
+                motion,
+                segment,
+                t,
+                h,
+                ACCURACY * tolerance,
+                clock[2],
+                state.q,
+                state.v,
+                modes,
+                step,
+            )
+            state.counts[2] += iterations
+            shorter = FAILED
+            if iterations > 0:
+                angle = angle_error(stages.z) / estimate
+                load = load_error(state.load[0], stages.load) / (estimate * clock[2])
+                growth = SAFETY * min(max(angle, CALM) ** -0.25, max(load, CALM) ** (-1.0 / 3.0))
+                growth = max(SHRINK, min(GROW, growth))
+                shorter = min(growth, SAFETY)
+                if landings > 0 or max(angle, load) <= 1.0:
+                    _stage_margins(model.law, modes, scratch)
+                    event = _first_event(margin)
+                    if event == np.inf:
+                        break
+                    landings += 1
+                    if (1.0 - event) * h <= met or landings > LANDINGS:
+                        break
+                    shorter = event + min(0.5 * met / h, 0.5 * (1.0 - event))
+            state.counts[1] += 1
+            h *= shorter
+            if h < SMALLEST_STEP:
+                break
+            if iterations > 0:
+                guess_again(shorter, stages.z, contacts)
+            else:
+                guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
+        if h < SMALLEST_STEP and h < stop - t:  # the modes cannot be held any longer
+            fresh, euler = True, min(2.0 * euler, LONGEST_EULER)
+            continue
+        for i in range(n):
+            if not np.isfinite(stages.q[2, i]):
+                return NOT_FINITE, filled
+        for i in range(n):
+            state.q[i] = stages.q[2, i]
+            state.v[i] = stages.v[2, i]
+            state.a[i] = stages.a[2, i]
+        for j in range(3):
+            state.wrench[j] = contacts.wrench[2, j]
+        for k in range(count):
+            modes.stick_force[k] = contacts.friction_force[2, k]
+            margin[0, k, 0] = margin[3, k, 0]
+            margin[0, k, 1] = margin[3, k, 1]
+        state.load[0] = stages.load[2]
+        _add_work(model, motion, segment, t, h, state.work, step)
+        clock[0] = stop if h == stop - t else t + h
+        clock[2] = max(clock[2], abs(state.load[0]))
+        if landings > 0:
+            clock[1] = min(h * growth, RESTART)
+        elif h * growth > clock[1] or h < stop - t:
+            clock[1] = h * growth
+        state.counts[0] += 1
+        _write(state, stages.load, record, filled)
+        filled += 1
+        scratch.going[0] = h
+        fresh, first = landings > 0, False
+    return DONE, filled
