@@ -24,6 +24,7 @@ from hma_gripper_sim.kernels.integrator import (
     integrate,
     step_work,
 )
+from hma_gripper_sim.kernels.radau_integrator import integrate_radau, radau_scratch
 from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.motion import Velocity, evaluate, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
@@ -35,6 +36,8 @@ from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
+import os
+RADAU_BELOW = float(os.environ.get("RB", "5e-4"))
 ROWS, TICK_ROWS = 256, 64  # of the record of a run, or of a step, before it first grows
 
 
@@ -88,6 +91,7 @@ class Half:
         self.work = allocate(model)
         points, candidates = len(model.fingertip.points), len(self.work.contact.normal_force)
         self.scratch = step_work(model.chain.rest.size, points, candidates)
+        self.radau = radau_scratch(model)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
     def advance(
@@ -98,10 +102,16 @@ class Half:
         filled = 0
         _write_row(record, filled, state)
         filled += 1
+        radau = record.load.shape[1] == 3
+        if radau:
+            self.radau.going[0] = 0.0
         while True:
-            status, filled = integrate(
-                self.model, motion, tolerance, state, record, filled, self.work, self.scratch
-            )
+            if radau:
+                status, filled = integrate_radau(self.model, motion, tolerance, state, record, filled, self.work, self.radau)
+            else:
+                status, filled = integrate(
+                    self.model, motion, tolerance, state, record, filled, self.work, self.scratch
+                )
             if status != FULL:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
@@ -233,7 +243,8 @@ class Simulation:
         records = []
         worst = Outcome.CONVERGED
         for half in self._halves:
-            outcome, record, filled = half.advance(motion, self.tolerance, empty_record(half, ROWS))
+            stages = 3 if self.tolerance < RADAU_BELOW else 2
+            outcome, record, filled = half.advance(motion, self.tolerance, empty_record(half, ROWS, stages))
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
@@ -427,7 +438,7 @@ def _build_halves(scene: Scene, both: bool = False) -> list[Half]:
     ]
 
 
-def empty_record(half: Half, rows: int) -> Record:
+def empty_record(half: Half, rows: int, stages: int = 2) -> Record:
     """Allocate a record of `rows` steps."""
     n = half.model.chain.rest.size
     return Record(
@@ -436,7 +447,7 @@ def empty_record(half: Half, rows: int) -> Record:
         np.empty((rows, n)),
         np.empty((rows, n)),
         np.empty((rows, 3)),
-        np.empty((rows, 2)),
+        np.empty((rows, stages)),
         np.empty((rows, 4)),
     )
 

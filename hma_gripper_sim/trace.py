@@ -23,7 +23,7 @@ from hma_gripper_sim.kernels.clearance import (
     clearance_work,
     first_touches,
 )
-from hma_gripper_sim.kernels.dense_output import add_load
+from hma_gripper_sim.kernels.dense_output import add_cubic_load, add_load
 from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
@@ -130,7 +130,10 @@ class Trace:
         if motion.velocity.shape[1] > 1:  # else its acceleration is 0
             force += half.middle_mass * self._base[2]
         for record in (self._right, self._left):
-            add_load(self.time, record.time, record.load, force)
+            if record.load.shape[1] == 3:
+                add_cubic_load(self.time, record.time, record.load, force)
+            else:
+                add_load(self.time, record.time, record.load, force)
         return force
 
     @cached_property

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.integrator import GAMMA
+from hma_gripper_sim.kernels.radau import powers
 
 Array = NDArray[np.float64]
 
@@ -37,3 +38,31 @@ def add_load(at: Array, time: Array, load: Array, total: Array) -> None:
             after = (load[row, 1] - inner) / ((1.0 - GAMMA) * h)
         dt = at[i] - middle
         total[i] += inner + (before if dt < 0.0 else after) * dt
+
+
+@kernel
+def add_cubic_load(at: Array, time: Array, load: Array, total: Array) -> None:
+    """Add the load on the base to `total`: in each step the cubic through its start and stages.
+
+    Parameters
+    ----------
+    at
+        Ascending, within the record [s], shape (n_samples,).
+    time, load
+        Ends of the steps [s], shape (r,), and `Record.load` [N], shape (r, 3).
+    total
+        [N], shape (n_samples,).
+    """
+    if time.size == 1:
+        total += load[0, 2]
+        return
+    row, start, h = 0, 0.0, 1.0
+    f, a, b, c = 0.0, 0.0, 0.0, 0.0
+    for i in range(at.size):
+        while row == 0 or (time[row] < at[i] and row < time.size - 1):
+            row += 1
+            start, h = time[row - 1], time[row] - time[row - 1]
+            f = load[row - 1, 2]
+            a, b, c = powers(load[row, 0] - f, load[row, 1] - f, load[row, 2] - f)
+        theta = (at[i] - start) / h
+        total[i] += f + theta * (a + theta * (b + theta * c))

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.chain import (
     Chain,
     ChainWork,
@@ -33,7 +34,6 @@ from hma_gripper_sim.kernels.contact import (
     ContactModes,
     copy_modes,
 )
-from hma_gripper_sim.kernels.integrator import Motion, base_motion
 from hma_gripper_sim.kernels.radau_chain import (
     Factor,
     Solution,

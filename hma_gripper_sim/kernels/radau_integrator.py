@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     CLOSED,
@@ -30,9 +31,7 @@ from hma_gripper_sim.kernels.integrator import (
     NOT_FINITE,
     STUCK,
     HalfState,
-    Motion,
     Record,
-    base_motion,
 )
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
@@ -64,7 +63,6 @@ ACCURACY = 1e-2  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 1e-6, 1e-10  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
-PROBES = 16  # of an event function's cubic in a step
 
 
 class RadauScratch(NamedTuple):
@@ -130,9 +128,17 @@ def _first_zero(f: float, f0: float, f1: float, f2: float) -> float:
     On the cubic through its values at the start, `f`, and at the stages.
     """
     a, b, c = powers(f0 - f, f1 - f, f2 - f)
+    # It first vanishes on one of the stretches between its turning points.
+    first, second = 1.0, 1.0
+    square = b * b - 3.0 * a * c
+    if square > 0.0:
+        q = -(b + np.copysign(np.sqrt(square), b))
+        one = q / (3.0 * c) if c != 0.0 else 1.0
+        two = a / q if q != 0.0 else 1.0
+        first = min(one, two) if min(one, two) > 0.0 else 1.0
+        second = max(one, two) if max(one, two) > 0.0 else 1.0
     low = 0.0
-    for i in range(1, PROBES + 1):
-        high = i / PROBES
+    for high in (min(first, 1.0), min(second, 1.0), 1.0):
         if f + high * (a + high * (b + high * c)) < 0.0:
             while high - low > 1e-15:
                 middle = 0.5 * (low + high)
@@ -142,7 +148,7 @@ def _first_zero(f: float, f0: float, f1: float, f2: float) -> float:
                     high = middle
                 else:
                     low = middle
-            return high
+            return float(high)
         low = high
     return np.inf
 
@@ -300,10 +306,10 @@ def integrate_radau(
     stages, contacts = step.stages, step.contacts
     modes, clock = state.modes, state.clock
     n, count = state.q.size, state.modes.normal.size
-    end, segments = motion.time[-1], motion.velocity.size
+    end, segments = motion.time[-1], motion.jump.size
     estimate = ESTIMATE * tolerance ** (2.0 / 3.0)
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
-    segment, euler = 0, EULER
+    segment, jump, euler = 0, 0, EULER
     first = scratch.going[0] == 0.0
     fresh = first
     while segment + 1 < segments and motion.time[segment + 1] <= clock[0]:
@@ -313,7 +319,11 @@ def integrate_radau(
         while segment + 1 < segments and motion.time[segment + 1] <= t:
             segment += 1
             fresh |= motion.jump[segment]
-        stop = motion.time[segment + 1]
+        # A step ends where the velocity jumps.
+        jump = max(jump, segment + 1)
+        while jump < segments and not motion.jump[jump]:
+            jump += 1
+        stop = motion.time[jump]
         if filled >= record.time.size:
             return FULL, filled
         if fresh:
