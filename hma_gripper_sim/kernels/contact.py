@@ -5,6 +5,7 @@ tip touches it either with a capsule (one closest-point query) or with the sampl
 the thesis' Parameters.m.  `solve_contact` finds the wrench for which the contact law and the
 linearised chain agree: Newton's method on the pose of the tip with a mode for each contact
 (open, grazing or closed; sticking or sliding either way), revised whenever it has converged.
+Where that goes round in circles, friction is softened and hardened again.
 
 Law (thesis 4.3): ``F_N = max(0, -k n - b n')`` for ``n <= 0`` and Coulomb friction, either
 set-valued (a stick force is a multiplier that holds the slip at zero) or regularised with a
@@ -38,14 +39,14 @@ STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along t
 GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
 STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
 STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
-STILL = 1e-10  # m/s; slip that rounding can leave where several contacts share a stick force
 CREEP_TOLERANCE = 1e-4  # of a regularised one, which rounding of the slip limits
-FORCE_ACCURACY = 1e-10  # N
-POSITION_NOISE = 1e-16  # m; rounding of a gap
-LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
+ROUNDING = 1e-15  # of a gap or a slip, relative to the numbers that it is computed from
 JUDGED = 1e-3  # error relative to the contact force at which the modes can be judged
 MAX_ITERATIONS = 30
 BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
+STILL = 1e-9  # slip that passes for none where contacts share a stick force, to the tip's speed
+HARDENING = 0.2  # of the slip velocity from one softened problem to the next
+LEVELS = 13  # the problem itself, softened ones, and itself again
 
 
 class Fingertip(NamedTuple):
@@ -86,6 +87,8 @@ class ContactWork(NamedTuple):
     place: Array  # where the force acts, on the axis of a capsule [m], shape (k, 2)
     wrench: Array  # on the tip about the last joint: fx, fz, m; shape (3,)
     tangent: Array  # of the wrench to the pose, shape (3, 3)
+    rigidity: Array  # of the forces to the tip's position [N/m] and speed [N s/m], shape (2,)
+    noise: Array  # of the forces by rounding [N], slip that passes for none [m/s]; shape (2,)
     row: Array  # scratch: differentials of normal and friction force, shape (2, 3)
     pose: Array  # scratch: trial pose, shape (3,)
     increment: Array  # scratch: trial increment of the pose, shape (3,)
@@ -115,6 +118,8 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((k, 2)),
         np.zeros(3),
         np.zeros((3, 3)),
+        np.zeros(2),
+        np.zeros(2),
         np.zeros((2, 3)),
         np.zeros(3),
         np.zeros(3),
@@ -163,12 +168,6 @@ def measure_gaps(
             distance, nx, nz, _ = point_distance(obstacle, pose[0] + lx, pose[1] + lz)
         gap[k, 0] = distance - obstacle.radius - fingertip.radius
         rate[k, 0] = nx * (twist[0] - twist[2] * lz) + nz * (twist[1] + twist[2] * lx)
-
-
-@kernel
-def force_noise(law: ContactLaw, s: float) -> float:
-    """How exactly a contact force can be known in the face of rounding [N]."""
-    return FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
 
 
 @kernel
@@ -236,8 +235,9 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * limit
+        still = abs(grip * slip) <= STICK_TOLERANCE * limit or abs(slip) <= work.noise[1]
         settled = still and not fresh
+    work.rigidity[1] += grip
     row[1, 0] -= grip * s * tx
     row[1, 1] -= grip * s * tz
     row[1, 2] -= grip * s * lever
@@ -270,6 +270,7 @@ def _evaluate(
         work.pose[j] = tip.pose[j] + work.increment[j]
     work.wrench[:] = 0.0
     work.tangent[:, :] = 0.0
+    work.rigidity[:] = 0.0
     turn_cos, turn_sin = rotation(work.increment[2])
     cos = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
     sin = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
@@ -332,6 +333,8 @@ def _evaluate(
         if mode == GRAZING:
             stiffness += max(0.0, -law.damping * approach) / GRAZE
             normal, damping = -stiffness * gap, 0.0
+        work.rigidity[0] += stiffness
+        work.rigidity[1] += law.damping
         row[0, 0] = -stiffness * nx - damping * ex
         row[0, 1] = -stiffness * nz - damping * ez
         row[0, 2] = -stiffness * (nz * lx - nx * lz) - damping * (ez * lx - ex * lz)
@@ -451,7 +454,25 @@ def _revise_modes(work: ContactWork, revision: int) -> bool:
 
 
 @kernel
-def solve_contact(
+def _measure_noise(s: float, reach: float, tip: TipResponse, work: ContactWork) -> None:
+    """Note what rounding makes of the contact forces, and the slip that passes for none.
+
+    `reach` [m] makes an angle comparable to a way.
+    """
+    moved, speed = 0.0, 0.0
+    for j in range(3):
+        length = reach if j == 2 else 1.0
+        moved += length * (abs(work.increment[j]) + abs(tip.free[j]))
+        speed += length * (abs(tip.twist[j]) + s * abs(work.increment[j]))
+    place = abs(tip.pose[0]) + abs(tip.pose[1])
+    noise = work.rigidity[0] * place + work.rigidity[1] * speed
+    noise += moved / (tip.compliance[0, 0] + tip.compliance[1, 1])
+    work.noise[0] = ROUNDING * noise
+    work.noise[1] = STILL * speed
+
+
+@kernel
+def _search(
     fingertip: Fingertip,
     obstacle: Obstacle,
     law: ContactLaw,
@@ -460,15 +481,10 @@ def solve_contact(
     tip: TipResponse,
     work: ContactWork,
 ) -> bool:
-    """Find the contact wrench for which contact law and linearised chain agree.
-
-    Leaves the wrench and the modes in `work`; returns False when there was no agreement
-    within `FORCE_ACCURACY` or `precision` of the contact force.
-    """
+    """`solve_contact` from the present modes and trial increment."""
     compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
-    noise = force_noise(law, s)
-    for j in range(3):
-        work.increment[j] = tip.free[j]
+    reach = np.sqrt(compliance / tip.compliance[2, 2])  # makes an angle comparable to a way
+    work.noise[:] = 0.0
     revisions = -1
     fresh = revisions < 0  # not a literal True: numba would compile everything for that, too
     for _ in range(MAX_ITERATIONS):
@@ -483,12 +499,14 @@ def solve_contact(
             for j in range(3):
                 r -= tip.compliance[i, j] * (work.wrench[j] - tip.wrench[j])
             work.residual[i] = r
-            weight = LENGTH if i == 2 else 1.0
+            weight = reach if i == 2 else 1.0
             square += (weight * r) ** 2
         lack = np.sqrt(square) / compliance  # as a force
         pressed = 0.0
         for k in range(work.normal_force.size):
             pressed += abs(work.normal_force[k])
+        _measure_noise(s, reach, tip, work)
+        noise = work.noise[0] + ROUNDING * pressed
         if lack <= noise + JUDGED * pressed:
             revisions += 1
             if _revise_modes(work, revisions):
@@ -508,3 +526,49 @@ def solve_contact(
             work.increment[j] -= work.correction[j]
         fresh = False
     return False
+
+
+@kernel
+def _soften(law: ContactLaw, s: float, level: int, tip: TipResponse) -> ContactLaw:
+    """The law with a slip velocity that falls from the tip's speed from level to level."""
+    speed = abs(tip.twist[0] + s * tip.free[0]) + abs(tip.twist[1] + s * tip.free[1])
+    slip_velocity = max(law.slip_velocity, speed * HARDENING ** (level - 1))
+    return ContactLaw(law.stiffness, law.damping, law.friction, slip_velocity)
+
+
+@kernel
+def solve_contact(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    s: float,
+    precision: float,
+    tip: TipResponse,
+    work: ContactWork,
+) -> bool:
+    """Find the contact wrench for which contact law and linearised chain agree.
+
+    The search starts from the present modes.  Where they have nothing to do with the solution,
+    as after a jump of the velocity, and several contacts share the friction, it can go round
+    in circles.  Then friction is softened until all contacts creep, which has one solution that
+    Newton's method finds from anywhere, and hardened again.
+
+    Leaves the wrench and the modes in `work`; returns False when there was no agreement
+    within `precision` of the contact force or rounding.
+    """
+    level = 0
+    while True:
+        softened = 0 < level < LEVELS
+        eased = _soften(law, s, level, tip) if softened else law
+        if level <= 1:
+            for j in range(3):
+                work.increment[j] = tip.free[j]
+        if level == 1:
+            work.modes.normal[:] = OPEN
+            work.modes.friction[:] = STICK
+        accuracy = JUDGED if softened else precision
+        found = _search(fingertip, obstacle, eased, s, accuracy, tip, work)
+        if level == LEVELS or (level == 0 and (found or law.friction == 0.0 or s == 0.0)):
+            return found
+        # Rounding may end the softened problems early.
+        level = level + 1 if found or level == 0 else LEVELS

@@ -21,7 +21,6 @@ from hma_gripper_sim.kernels.contact import (
     ContactWork,
     contact_modes,
     copy_modes,
-    force_noise,
     measure_gaps,
 )
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
@@ -382,7 +381,7 @@ def _try_step(
     error = angle / (ANGLE * tolerance)
     if not fresh:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
-        defect = max(0.0, defect - NOISE * force_noise(model.law, s))
+        defect = max(0.0, defect - NOISE * work.contact.noise[0])
         scale = max(state.clock[2], abs(outer_load))
         resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(work.base[1])))
         weight = min(1.0, h / resolution) * max(1.0, _crowding(state, h) / CROWD)
