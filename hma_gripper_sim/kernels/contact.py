@@ -36,14 +36,13 @@ Modes = NDArray[np.int64]
 OPEN, GRAZING, CLOSED = 0, 1, 2
 STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along the tangent
 
-GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
 STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
 STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
 CREEP_TOLERANCE = 1e-4  # of a regularised one, which rounding of the slip limits
 ROUNDING = 1e-15  # of a gap or a slip, relative to the numbers that it is computed from
 JUDGED = 1e-3  # error relative to the contact force at which the modes can be judged
-MAX_ITERATIONS = 30
-BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
+MAX_ITERATIONS, CAREFUL_ITERATIONS = 30, 80
+BLOCK_REVISIONS = 8  # of the modes of all contacts together, unless the search is careful
 STILL = 1e-9  # slip that passes for none where contacts share a stick force, to the tip's speed
 HARDENING = 0.2  # of the slip velocity from one softened problem to the next
 LEVELS = 13  # the problem itself, softened ones, and itself again
@@ -66,6 +65,7 @@ class ContactLaw(NamedTuple):
     damping: float  # N s/m
     friction: float
     slip_velocity: float  # m/s; 0: set-valued friction
+    graze: float  # m; depth over which damping sets in, so that the force is continuous
 
 
 class ContactModes(NamedTuple):
@@ -171,7 +171,7 @@ def measure_gaps(
 
 
 @kernel
-def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
+def _normal_mode(law: ContactLaw, mode: int, gap: float, push: float, approach: float) -> int:
     """Revise a normal mode; `push` is the force that the closed contact would have."""
     if mode == CLOSED:
         if gap > 0.0:
@@ -180,7 +180,7 @@ def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
     if mode == GRAZING:
         if gap > 0.0 or approach >= 0.0:
             return OPEN
-        return CLOSED if gap < -GRAZE else GRAZING
+        return CLOSED if gap < -law.graze else GRAZING
     return CLOSED if gap < 0.0 and push > 0.0 else OPEN
 
 
@@ -323,7 +323,7 @@ def _evaluate(
         approach = ex * (vx - omega * lz) + ez * (vz + omega * lx)
         push = -law.stiffness * gap - law.damping * approach
 
-        wanted.normal[k] = _normal_mode(mode, gap, push, approach)
+        wanted.normal[k] = _normal_mode(law, mode, gap, push, approach)
         if mode == OPEN:
             slip = tx * (vx - omega * lz) + tz * (vz + omega * lx) - radius * omega
             wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
@@ -331,7 +331,7 @@ def _evaluate(
         row = work.row
         normal, stiffness, damping = push, law.stiffness, law.damping * s
         if mode == GRAZING:
-            stiffness += max(0.0, -law.damping * approach) / GRAZE
+            stiffness += max(0.0, -law.damping * approach) / law.graze
             normal, damping = -stiffness * gap, 0.0
         work.rigidity[0] += stiffness
         work.rigidity[1] += law.damping
@@ -425,12 +425,12 @@ def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
 
 
 @kernel
-def _revise_modes(work: ContactWork, revision: int) -> bool:
+def _revise_modes(work: ContactWork, revision: int, block: int) -> bool:
     """Take over the wanted modes; return whether any changed.
 
-    The first revision only closes contacts, late ones change one contact each.  A contact
-    that closes slides as it moves; if that has been tried, it sticks: one of both has a
-    solution unless the step is too long.
+    The first revision only closes contacts, those after `block` ones change one contact each.
+    A contact that closes slides as it moves; if that has been tried, it sticks: one of both has
+    a solution unless the step is too long.
     """
     modes, wanted = work.modes, work.wanted
     changed = False
@@ -448,7 +448,7 @@ def _revise_modes(work: ContactWork, revision: int) -> bool:
         else:
             continue
         changed = True
-        if revision > BLOCK_REVISIONS:
+        if revision > block:
             break
     return changed
 
@@ -478,20 +478,27 @@ def _search(
     law: ContactLaw,
     s: float,
     precision: float,
+    careful: bool,
     tip: TipResponse,
     work: ContactWork,
 ) -> bool:
-    """`solve_contact` from the present modes and trial increment."""
+    """`solve_contact` from the present modes and trial increment.
+
+    A `careful` search lets only one contact change its mode at a time, as Murty's least-index
+    method does (K. G. Murty, Opsearch 11, 1974), which cannot go round in circles where there
+    is one solution for all loads.
+    """
     compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
     reach = np.sqrt(compliance / tip.compliance[2, 2])  # makes an angle comparable to a way
     work.noise[:] = 0.0
     revisions = -1
     fresh = revisions < 0  # not a literal True: numba would compile everything for that, too
-    for _ in range(MAX_ITERATIONS):
+    block = 0 if careful else BLOCK_REVISIONS
+    for _ in range(CAREFUL_ITERATIONS if careful else MAX_ITERATIONS):
         settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
         if revisions < 0:
             revisions = 0
-            if _revise_modes(work, 0):
+            if _revise_modes(work, 0, block):
                 continue
         square = 0.0
         for i in range(3):
@@ -509,7 +516,7 @@ def _search(
         noise = work.noise[0] + ROUNDING * pressed
         if lack <= noise + JUDGED * pressed:
             revisions += 1
-            if _revise_modes(work, revisions):
+            if _revise_modes(work, revisions, block):
                 fresh = True
                 continue
             if settled and lack <= noise + precision * pressed:
@@ -533,7 +540,7 @@ def _soften(law: ContactLaw, s: float, level: int, tip: TipResponse) -> ContactL
     """The law with a slip velocity that falls from the tip's speed from level to level."""
     speed = abs(tip.twist[0] + s * tip.free[0]) + abs(tip.twist[1] + s * tip.free[1])
     slip_velocity = max(law.slip_velocity, speed * HARDENING ** (level - 1))
-    return ContactLaw(law.stiffness, law.damping, law.friction, slip_velocity)
+    return ContactLaw(law.stiffness, law.damping, law.friction, slip_velocity, law.graze)
 
 
 @kernel
@@ -567,7 +574,7 @@ def solve_contact(
             work.modes.normal[:] = OPEN
             work.modes.friction[:] = STICK
         accuracy = JUDGED if softened else precision
-        found = _search(fingertip, obstacle, eased, s, accuracy, tip, work)
+        found = _search(fingertip, obstacle, eased, s, accuracy, level > 0, tip, work)
         if level == LEVELS or (level == 0 and (found or law.friction == 0.0 or s == 0.0)):
             return found
         # Rounding may end the softened problems early.

@@ -390,7 +390,7 @@ def test_tangent_of_the_wrench(name: str, slip_velocity: float, friction: int) -
     target = obstacle(contour)
     pose = press(fingertip, target, x, angle, 2e-6)
     assert touching(pose, fingertip, target) == kind
-    law = ContactLaw(1e4, 1.0, 0.6, slip_velocity)
+    law = ContactLaw(1e4, 1.0, 0.6, slip_velocity, 1e-9)
     # Where a corner ends the flat part, gliding changes that part's length; the tangent leaves
     # that out: 1e-4 of the whole.
     rough = name == "corner and flat top below the side, in touch all along"
@@ -408,7 +408,7 @@ def test_tangent_while_damping_sets_in(name: str) -> None:
     pose = press(fingertip, target, x, angle, 5e-10)
     tip, work = prepare(fingertip, target, pose, SLIP_LEFT, GRAZING)
     tip.twist[1] = -0.004
-    law = ContactLaw(1e4, 1.0, 0.6, 0.0)
+    law = ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9)
     # A step so short that the velocity does not change with the increment.
     _evaluate(fingertip, target, law, 1e-9, tip, True, work)
     tangent, wrench = work.tangent.copy(), work.wrench.copy()
@@ -438,7 +438,7 @@ def test_law_by_hand() -> None:
     for slip, mode in ((0.003, SLIP_LEFT), (-0.003, SLIP_RIGHT)):
         tip, work = prepare(ball, target, pose, mode)
         tip.twist[:] = slip, -0.001, 0.0
-        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0), 1e-9, tip, True, work)
+        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9), 1e-9, tip, True, work)
         friction = -0.6 * 0.021 * np.sign(slip)
         np.testing.assert_allclose(work.wrench, [friction, 0.021, -friction * -0.001], rtol=1e-9)
 
@@ -449,7 +449,7 @@ def test_regularised_law_by_hand() -> None:
     target = obstacle(Circle(0.015))
     tip, work = prepare(ball, target, np.array([0.0, 0.016 - 2e-6, 0.0]), STICK)
     tip.twist[:] = 0.25e-4, 0.0, 0.0
-    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4), 1e-9, tip, True, work)
+    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4, 1e-9), 1e-9, tip, True, work)
     np.testing.assert_allclose(work.wrench[:2], [-0.6 * 0.02 * 0.25, 0.02], rtol=1e-9)
 
 
@@ -467,7 +467,7 @@ def test_flat_overlap_presses_at_the_centre_of_a_bed_of_springs(
     depth = 2e-6
     pose = press(fingertip, target, 0.0, PARALLEL + angle, depth)
     tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0), 0.0, tip, True, work)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
     points = axis(pose, fingertip)
     spread = points[0] + np.linspace(0.0, 1.0, 200001)[:, None] * (points[1] - points[0])
     depths = np.maximum(0.0, target.radius + fingertip.radius - (spread[:, 1] - 0.012))
@@ -493,7 +493,7 @@ def test_blunt_corner_presses_at_the_centre_of_a_bed_of_springs(tilt: float) -> 
     x = -0.5 * float(np.sum(fingertip.points @ np.array([1.0, 1.0]))) / math.sqrt(2.0)
     pose = press(fingertip, target, x, PARALLEL + tilt, depth)
     tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0), 0.0, tip, True, work)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
     points = axis(pose, fingertip)
     length = float(np.linalg.norm(points[1] - points[0]))
     along = (points[1] - points[0]) / length
@@ -527,7 +527,7 @@ def test_contact_solution_obeys_law_and_chain(
     rng = np.random.default_rng(seed)
     fingertip, s = capsule(), 2e3
     target = obstacle(Circle(0.015))
-    law = ContactLaw(1e4, 1.0, friction, slip_velocity)
+    law = ContactLaw(1e4, 1.0, friction, slip_velocity, 1e-9)
     tip = tip_response()
     put(tip, press(fingertip, target, rng.uniform(0.0, 0.01), -1.2, 1e-9))
     tip.twist[:] = rng.normal(size=3) * (0.004, 0.004, 0.1)
@@ -576,7 +576,7 @@ def test_modes_of_shared_sticks_are_found_after_a_jump(
     rng = np.random.default_rng(seed)
     fingertip, s = samples(along_tip_normal), 3e6
     target = obstacle(Circle(rng.uniform(0.008, 0.03)))
-    law = ContactLaw(1e4, 1.0, friction, 0.0)
+    law = ContactLaw(1e4, 1.0, friction, 0.0, 1e-9)
     tip = tip_response()
     put(tip, press(fingertip, target, rng.uniform(-0.004, 0.008), rng.uniform(-1.6, -0.8), 6e-4))
     points = axis(tip.pose, fingertip)
