@@ -233,7 +233,7 @@ class Scene:
 
     @cached_property
     def start_states(self) -> tuple[HalfState, HalfState]:
-        """Both halves hanging at rest at travel 0; not to be changed.
+        """Both halves at rest at travel 0 (see `equilibrium`); not to be changed.
 
         Raises
         ------
