@@ -28,8 +28,8 @@ _REMEDIES = {
     ),
     Outcome.NOT_FINITE: "check the design's masses and stiffnesses and the commanded velocity",
     Outcome.NO_EQUILIBRIUM: (
-        "check that the beams can carry the gripper's weight (Young's modulus, gravity) and "
-        "that the clearance is not negative"
+        "make the beams stiffer (Young's modulus, width) so that they carry the gripper's weight, "
+        "or raise the clearance so that the gripper hangs freely at the start"
     ),
 }
 

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 CONTACTS = ("continuous", "sampled")
 SAMPLED_NORMALS = ("tip", "object")
 SIDES = ("right", "left")
+GRAZE = 5e-7  # depth over which contact damping sets in, relative to the tip's radius
+TOUCH = 5e-5  # way in which a touch is looked for step by step, relative to the tip's radius
 
 
 @dataclass(frozen=True)
@@ -212,7 +214,11 @@ class Scene:
     def models(self) -> tuple[Model, Model]:
         """The right half, and the left half mirrored, ready for the kernels."""
         law = ContactLaw(
-            self.normal_stiffness, self.normal_damping, self.friction, self.slip_velocity
+            self.normal_stiffness,
+            self.normal_damping,
+            self.friction,
+            self.slip_velocity,
+            GRAZE * self.design.tip.radius,
         )
         right, left = (
             Model(
@@ -229,7 +235,7 @@ class Scene:
 
     @cached_property
     def start_states(self) -> tuple[HalfState, HalfState]:
-        """Both halves hanging at rest at travel 0; not to be changed.
+        """Both halves at rest at travel 0 (see `equilibrium`); not to be changed.
 
         Raises
         ------
@@ -296,19 +302,18 @@ class Scene:
             return smallest - obstacle.radius - fingertip.radius
 
         # Rise by the gap, which cannot pass a touch, until there is one or none is left.
+        near = TOUCH * self.design.tip.radius
         start = lowest - top
         height = start
         while height < highest - top + size:
             free = gap(height)
-            if free < 1e-7:
+            if free < near:
                 beyond = height
-                while gap(beyond) > 0.0 and beyond < height + 1e-5:
-                    beyond += 1e-6
+                while gap(beyond) > 0.0 and beyond < height + 100.0 * near:
+                    beyond += 10.0 * near
                 if gap(beyond) <= 0.0:
-                    if gap(height) <= 0.0:
-                        height -= 1e-9
-                    return float(brentq(gap, height - 1e-7, beyond, xtol=1e-15))
-            height += max(free, 1e-7)
+                    return float(brentq(gap, height - near, beyond, xtol=1e-8 * near))
+            height += max(free, near)
         return float(start)
 
 

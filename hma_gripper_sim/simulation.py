@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 import os
+
 RADAU_BELOW = float(os.environ.get("RB", "5e-4"))
 ROWS, TICK_ROWS = 256, 64  # of the record of a run, or of a step, before it first grows
 
@@ -107,7 +108,9 @@ class Half:
             self.radau.going[0] = 0.0
         while True:
             if radau:
-                status, filled = integrate_radau(self.model, motion, tolerance, state, record, filled, self.work, self.radau)
+                status, filled = integrate_radau(
+                    self.model, motion, tolerance, state, record, filled, self.work, self.radau
+                )
             else:
                 status, filled = integrate(
                     self.model, motion, tolerance, state, record, filled, self.work, self.scratch
@@ -244,7 +247,9 @@ class Simulation:
         worst = Outcome.CONVERGED
         for half in self._halves:
             stages = 3 if self.tolerance < RADAU_BELOW else 2
-            outcome, record, filled = half.advance(motion, self.tolerance, empty_record(half, ROWS, stages))
+            outcome, record, filled = half.advance(
+                motion, self.tolerance, empty_record(half, ROWS, stages)
+            )
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome

@@ -645,3 +645,69 @@ def test_limp_gripper_starts_at_rest_on_the_box(design: GripperDesign) -> None:
     assert np.abs(np.diff(trace.joint_position, axis=0)).max() < 1e-9
     weight = scene.gravity * (2.0 * scene.half.chain.mass.sum() + scene.half.middle_mass)
     assert trace.actuator_force[-1] > -weight + 1e-3  # the box carries some of it
+
+
+def scaled(contour: str, contact: str, length: float, force: float) -> Scene:
+    """The thesis' gripper over an object, all lengths and all forces scaled, times kept."""
+    design = GripperDesign.thesis_2013()
+    tip = dataclasses.replace(
+        design.tip,
+        area=design.tip.area * length**2,
+        centre_of_gravity=tuple(length * np.array(design.tip.centre_of_gravity)),
+        inertia=design.tip.inertia * force * length,
+        capsule_start=tuple(length * np.array(design.tip.capsule_start)),
+        capsule_end=tuple(length * np.array(design.tip.capsule_end)),
+        radius=design.tip.radius * length,
+        points=tuple(map(tuple, length * np.array(design.tip.points))),
+    )
+    material = dataclasses.replace(
+        design.material,
+        density=design.material.density * force / length**4,
+        youngs_modulus=design.material.youngs_modulus * force / length**2,
+    )
+    design = dataclasses.replace(
+        design,
+        material=material,
+        tip=tip,
+        width=design.width * length,
+        height=design.height * length,
+        top_length=design.top_length * length,
+        beam_length=design.beam_length * length,
+        joint_damping=design.joint_damping * force * length,
+    )
+    shapes = {
+        "circle": Circle(0.015 * length),
+        "box": RoundedBox(0.028 * length, 0.028 * length, 0.002 * length),
+    }
+    return Scene(
+        design,
+        shapes[contour],
+        clearance=0.005 * length,
+        contact=contact,
+        normal_stiffness=1e4 * force / length,
+        normal_damping=force / length,
+        gravity=9.81 * length,
+    )
+
+
+@pytest.mark.parametrize(("length", "force"), [(1e-3, 1e-12), (1e3, 1e6), (1.0, 1e-6)])
+@pytest.mark.parametrize(
+    ("contour", "contact"), [("circle", "continuous"), ("circle", "sampled"), ("box", "continuous")]
+)
+def test_scaled_scene_is_the_same(contour: str, contact: str, length: float, force: float) -> None:
+    """Dimensional analysis: lengths and forces scaled, times kept, give the scaled force.
+
+    Down, held and up again; both runs are within the tolerance of 1e-3 of the largest force.
+    """
+
+    def run(length: float, force: float) -> np.ndarray:
+        def velocity(t: float) -> float:
+            return length * (0.008 if t < 1.5 else 0.0 if t < 2.0 else -0.02)
+
+        trace = simulate(scaled(contour, contact, length, force), velocity, 2.5, 1e-3)
+        assert trace.stats.converged
+        return trace.actuator_force / force
+
+    expected = run(1.0, 1.0)
+    difference = run(length, force) - expected
+    assert np.sqrt(np.mean(difference**2)) <= 2e-3 * np.abs(expected).max()

@@ -5,6 +5,7 @@ tip touches it either with a capsule (one closest-point query) or with the sampl
 the thesis' Parameters.m.  `solve_contact` finds the wrench for which the contact law and the
 linearised chain agree: Newton's method on the pose of the tip with a mode for each contact
 (open, grazing or closed; sticking or sliding either way), revised whenever it has converged.
+Where that goes round in circles, friction is softened and hardened again.
 
 Law (thesis 4.3): ``F_N = max(0, -k n - b n')`` for ``n <= 0`` and Coulomb friction, either
 set-valued (a stick force is a multiplier that holds the slip at zero) or regularised with a
@@ -35,17 +36,16 @@ Modes = NDArray[np.int64]
 OPEN, GRAZING, CLOSED = 0, 1, 2
 STICK, SLIP_LEFT, SLIP_RIGHT = 0, 1, -1  # sliding: sign of the friction along the tangent
 
-GRAZE = 1e-9  # m; depth over which contact damping sets in, so that the force is continuous
 STICK_STIFFNESS = 1e4  # that holds a sticking contact, relative to the tip's own stiffness
 STICK_TOLERANCE = 1e-6  # of a stick force, relative to the friction limit
-STILL = 1e-10  # m/s; slip that rounding can leave where several contacts share a stick force
 CREEP_TOLERANCE = 1e-4  # of a regularised one, which rounding of the slip limits
-FORCE_ACCURACY = 1e-10  # N
-POSITION_NOISE = 1e-16  # m; rounding of a gap
-LENGTH = 0.01  # m; makes the angle of the tip's pose comparable with its position
+ROUNDING = 1e-15  # of a gap or a slip, relative to the numbers that it is computed from
 JUDGED = 1e-3  # error relative to the contact force at which the modes can be judged
-MAX_ITERATIONS = 30
-BLOCK_REVISIONS = 8  # after these only one contact changes its mode at a time
+MAX_ITERATIONS, CAREFUL_ITERATIONS = 30, 80
+BLOCK_REVISIONS = 8  # of the modes of all contacts together, unless the search is careful
+STILL = 1e-9  # slip that passes for none where contacts share a stick force, to the tip's speed
+HARDENING = 0.2  # of the slip velocity from one softened problem to the next
+LEVELS = 13  # the problem itself, softened ones, and itself again
 
 
 class Fingertip(NamedTuple):
@@ -65,6 +65,7 @@ class ContactLaw(NamedTuple):
     damping: float  # N s/m
     friction: float
     slip_velocity: float  # m/s; 0: set-valued friction
+    graze: float  # m; depth over which damping sets in, so that the force is continuous
 
 
 class ContactModes(NamedTuple):
@@ -88,6 +89,8 @@ class ContactWork(NamedTuple):
     tangent: Array  # of the wrench to the pose, twist following with s; shape (3, 3)
     by_pose: Array  # of the wrench to the pose alone, shape (3, 3)
     by_twist: Array  # and to the twist alone, shape (3, 3)
+    rigidity: Array  # of the forces to the tip's position [N/m] and speed [N s/m], shape (2,)
+    noise: Array  # of the forces by rounding [N], slip that passes for none [m/s]; shape (2,)
     gap: Array  # negative: depth [m], shape (k,); of what is open, only near the object
     slip_row: Array  # of the slip to the twist, shape (k, 3)
     slip_drift: Array  # rate of the slip at a constant twist [m/s^2], shape (k,)
@@ -124,6 +127,8 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((3, 3)),
         np.zeros((3, 3)),
         np.zeros((3, 3)),
+        np.zeros(2),
+        np.zeros(2),
         np.zeros(k),
         np.zeros((k, 3)),
         np.zeros(k),
@@ -180,13 +185,7 @@ def measure_gaps(
 
 
 @kernel
-def force_noise(law: ContactLaw, s: float) -> float:
-    """How exactly a contact force can be known in the face of rounding [N]."""
-    return FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
-
-
-@kernel
-def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
+def _normal_mode(law: ContactLaw, mode: int, gap: float, push: float, approach: float) -> int:
     """Revise a normal mode; `push` is the force that the closed contact would have."""
     if mode == CLOSED:
         if gap > 0.0:
@@ -195,7 +194,7 @@ def _normal_mode(mode: int, gap: float, push: float, approach: float) -> int:
     if mode == GRAZING:
         if gap > 0.0 or approach >= 0.0:
             return OPEN
-        return CLOSED if gap < -GRAZE else GRAZING
+        return CLOSED if gap < -law.graze else GRAZING
     return CLOSED if gap < 0.0 and push > 0.0 else OPEN
 
 
@@ -253,8 +252,9 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        still = abs(slip) <= STILL or abs(grip * slip) <= STICK_TOLERANCE * abs(limit)
+        still = abs(grip * slip) <= STICK_TOLERANCE * abs(limit) or abs(slip) <= work.noise[1]
         settled = still and not fresh
+    work.rigidity[1] += grip
     twist_row[1, 0] -= grip * tx
     twist_row[1, 1] -= grip * tz
     twist_row[1, 2] -= grip * lever
@@ -318,6 +318,7 @@ def evaluate_contacts(
     work.wrench[:] = 0.0
     work.by_pose[:, :] = 0.0
     work.by_twist[:, :] = 0.0
+    work.rigidity[:] = 0.0
     vx, vz, omega = work.twist[0], work.twist[1], work.twist[2]
     points, radius = fingertip.points, fingertip.radius
     for k in range(modes.normal.size):
@@ -366,7 +367,7 @@ def evaluate_contacts(
         approach = ex * (vx - omega * lz) + ez * (vz + omega * lx)
         push = -law.stiffness * gap - law.damping * approach
 
-        wanted.normal[k] = _normal_mode(mode, gap, push, approach)
+        wanted.normal[k] = _normal_mode(law, mode, gap, push, approach)
         if mode == OPEN:
             slip = tx * (vx - omega * lz) + tz * (vz + omega * lx) - radius * omega
             wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
@@ -374,8 +375,10 @@ def evaluate_contacts(
         row, twist_row = work.row, work.twist_row
         normal, stiffness, damping = push, law.stiffness, law.damping
         if mode == GRAZING:
-            stiffness += max(0.0, -law.damping * approach) / GRAZE
+            stiffness += max(0.0, -law.damping * approach) / law.graze
             normal, damping = -stiffness * gap, 0.0
+        work.rigidity[0] += stiffness
+        work.rigidity[1] += law.damping
         row[0, 0] = -stiffness * nx
         row[0, 1] = -stiffness * nz
         row[0, 2] = -stiffness * (nz * lx - nx * lz)
@@ -481,12 +484,12 @@ def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
 
 
 @kernel
-def _revise_modes(work: ContactWork, revision: int) -> bool:
+def _revise_modes(work: ContactWork, revision: int, block: int) -> bool:
     """Take over the wanted modes; return whether any changed.
 
-    The first revision only closes contacts, late ones change one contact each.  A contact
-    that closes slides as it moves; if that has been tried, it sticks: one of both has a
-    solution unless the step is too long.
+    The first revision only closes contacts, those after `block` ones change one contact each.
+    A contact that closes slides as it moves; if that has been tried, it sticks: one of both has
+    a solution unless the step is too long.
     """
     modes, wanted = work.modes, work.wanted
     changed = False
@@ -504,37 +507,57 @@ def _revise_modes(work: ContactWork, revision: int) -> bool:
         else:
             continue
         changed = True
-        if revision > BLOCK_REVISIONS:
+        if revision > block:
             break
     return changed
 
 
 @kernel
-def solve_contact(
+def _measure_noise(s: float, reach: float, tip: TipResponse, work: ContactWork) -> None:
+    """Note what rounding makes of the contact forces, and the slip that passes for none.
+
+    `reach` [m] makes an angle comparable to a way.
+    """
+    moved, speed = 0.0, 0.0
+    for j in range(3):
+        length = reach if j == 2 else 1.0
+        moved += length * (abs(work.increment[j]) + abs(tip.free[j]))
+        speed += length * (abs(tip.twist[j]) + s * abs(work.increment[j]))
+    place = abs(tip.pose[0]) + abs(tip.pose[1])
+    noise = work.rigidity[0] * place + work.rigidity[1] * speed
+    noise += moved / (tip.compliance[0, 0] + tip.compliance[1, 1])
+    work.noise[0] = ROUNDING * noise
+    work.noise[1] = STILL * speed
+
+
+@kernel
+def _search(
     fingertip: Fingertip,
     obstacle: Obstacle,
     law: ContactLaw,
     s: float,
     precision: float,
+    careful: bool,
     tip: TipResponse,
     work: ContactWork,
 ) -> bool:
-    """Find the contact wrench for which contact law and linearised chain agree.
+    """`solve_contact` from the present modes and trial increment.
 
-    Leaves the wrench and the modes in `work`; returns False when there was no agreement
-    within `FORCE_ACCURACY` or `precision` of the contact force.
+    A `careful` search lets only one contact change its mode at a time, as Murty's least-index
+    method does (K. G. Murty, Opsearch 11, 1974), which cannot go round in circles where there
+    is one solution for all loads.
     """
     compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
-    noise = force_noise(law, s)
-    for j in range(3):
-        work.increment[j] = tip.free[j]
+    reach = np.sqrt(compliance / tip.compliance[2, 2])  # makes an angle comparable to a way
+    work.noise[:] = 0.0
     revisions = -1
     fresh = revisions < 0  # not a literal True: numba would compile everything for that, too
-    for _ in range(MAX_ITERATIONS):
+    block = 0 if careful else BLOCK_REVISIONS
+    for _ in range(CAREFUL_ITERATIONS if careful else MAX_ITERATIONS):
         settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
         if revisions < 0:
             revisions = 0
-            if _revise_modes(work, 0):
+            if _revise_modes(work, 0, block):
                 continue
         square = 0.0
         for i in range(3):
@@ -542,15 +565,17 @@ def solve_contact(
             for j in range(3):
                 r -= tip.compliance[i, j] * (work.wrench[j] - tip.wrench[j])
             work.residual[i] = r
-            weight = LENGTH if i == 2 else 1.0
+            weight = reach if i == 2 else 1.0
             square += (weight * r) ** 2
         lack = np.sqrt(square) / compliance  # as a force
         pressed = 0.0
         for k in range(work.normal_force.size):
             pressed += abs(work.normal_force[k])
+        _measure_noise(s, reach, tip, work)
+        noise = work.noise[0] + ROUNDING * pressed
         if lack <= noise + JUDGED * pressed:
             revisions += 1
-            if _revise_modes(work, revisions):
+            if _revise_modes(work, revisions, block):
                 fresh = True
                 continue
             if settled and lack <= noise + precision * pressed:
@@ -567,3 +592,49 @@ def solve_contact(
             work.increment[j] -= work.correction[j]
         fresh = False
     return False
+
+
+@kernel
+def _soften(law: ContactLaw, s: float, level: int, tip: TipResponse) -> ContactLaw:
+    """The law with a slip velocity that falls from the tip's speed from level to level."""
+    speed = abs(tip.twist[0] + s * tip.free[0]) + abs(tip.twist[1] + s * tip.free[1])
+    slip_velocity = max(law.slip_velocity, speed * HARDENING ** (level - 1))
+    return ContactLaw(law.stiffness, law.damping, law.friction, slip_velocity, law.graze)
+
+
+@kernel
+def solve_contact(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    s: float,
+    precision: float,
+    tip: TipResponse,
+    work: ContactWork,
+) -> bool:
+    """Find the contact wrench for which contact law and linearised chain agree.
+
+    The search starts from the present modes.  Where they have nothing to do with the solution,
+    as after a jump of the velocity, and several contacts share the friction, it can go round
+    in circles.  Then friction is softened until all contacts creep, which has one solution that
+    Newton's method finds from anywhere, and hardened again.
+
+    Leaves the wrench and the modes in `work`; returns False when there was no agreement
+    within `precision` of the contact force or rounding.
+    """
+    level = 0
+    while True:
+        softened = 0 < level < LEVELS
+        eased = _soften(law, s, level, tip) if softened else law
+        if level <= 1:
+            for j in range(3):
+                work.increment[j] = tip.free[j]
+        if level == 1:
+            work.modes.normal[:] = OPEN
+            work.modes.friction[:] = STICK
+        accuracy = JUDGED if softened else precision
+        found = _search(fingertip, obstacle, eased, s, accuracy, level > 0, tip, work)
+        if level == LEVELS or (level == 0 and (found or law.friction == 0.0 or s == 0.0)):
+            return found
+        # Rounding may end the softened problems early.
+        level = level + 1 if found or level == 0 else LEVELS

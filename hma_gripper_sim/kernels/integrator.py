@@ -22,7 +22,6 @@ from hma_gripper_sim.kernels.contact import (
     ContactWork,
     contact_modes,
     copy_modes,
-    force_noise,
     measure_gaps,
 )
 from hma_gripper_sim.kernels.hidden_events import (
@@ -426,7 +425,7 @@ def _try_step(
     error = angle / (ANGLE * tolerance * min(1.0, scale / model.bending))
     if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
-        defect = max(0.0, defect - NOISE * force_noise(model.law, s))
+        defect = max(0.0, defect - NOISE * work.contact.noise[0])
         weight = np.sqrt(h * _crowding(state, h) / MEMORY)
         error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, weight))
     return error

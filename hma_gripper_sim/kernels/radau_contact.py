@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from hma_gripper_sim.kernels.chain import rotation
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
-    LENGTH,
     OPEN,
-    POSITION_NOISE,
+    ROUNDING,
     ContactLaw,
     ContactWork,
     Fingertip,
@@ -198,7 +197,9 @@ def solve_stage_contacts(
     increments of the poses in `work`.
     """
     give = work.hold[0, 0] + work.hold[1, 1]
-    accuracy += POSITION_NOISE * (law.stiffness + law.damping * GAMMA / h)
+    reach = np.sqrt(give / work.hold[2, 2])  # makes an angle comparable to a way
+    place = max(abs(work.pose[2, 0]), abs(work.pose[2, 1]), reach)
+    accuracy += ROUNDING * place * (law.stiffness + law.damping * GAMMA / h)
     for i in range(3):
         for j in range(3):
             work.increment[i, j] = work.free[i, j]
@@ -213,7 +214,7 @@ def solve_stage_contacts(
                         lack = work.law_wrench[other, m] - work.wrench[other, m]
                         r -= work.compliance[3 * i + j, 3 * other + m] * lack
                 work.residual[3 * i + j] = r
-                square += (r * (LENGTH if j == 2 else 1.0)) ** 2
+                square += (r * (reach if j == 2 else 1.0)) ** 2
         if settled and np.sqrt(square) <= accuracy * give:
             for i in range(3):
                 for j in range(3):

@@ -390,7 +390,7 @@ def test_tangent_of_the_wrench(name: str, slip_velocity: float, friction: int) -
     target = obstacle(contour)
     pose = press(fingertip, target, x, angle, 2e-6)
     assert touching(pose, fingertip, target) == kind
-    law = ContactLaw(1e4, 1.0, 0.6, slip_velocity)
+    law = ContactLaw(1e4, 1.0, 0.6, slip_velocity, 1e-9)
     # Where a corner ends the flat part, gliding changes that part's length; the tangent leaves
     # that out: 1e-4 of the whole.
     rough = name == "corner and flat top below the side, in touch all along"
@@ -408,7 +408,7 @@ def test_tangent_while_damping_sets_in(name: str) -> None:
     pose = press(fingertip, target, x, angle, 5e-10)
     tip, work = prepare(fingertip, target, pose, SLIP_LEFT, GRAZING)
     tip.twist[1] = -0.004
-    law = ContactLaw(1e4, 1.0, 0.6, 0.0)
+    law = ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9)
     # A step so short that the velocity does not change with the increment.
     _evaluate(fingertip, target, law, 1e-9, tip, True, work)
     tangent, wrench = work.tangent.copy(), work.wrench.copy()
@@ -438,7 +438,7 @@ def test_law_by_hand() -> None:
     for slip, mode in ((0.003, SLIP_LEFT), (-0.003, SLIP_RIGHT)):
         tip, work = prepare(ball, target, pose, mode)
         tip.twist[:] = slip, -0.001, 0.0
-        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0), 1e-9, tip, True, work)
+        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9), 1e-9, tip, True, work)
         friction = -0.6 * 0.021 * np.sign(slip)
         np.testing.assert_allclose(work.wrench, [friction, 0.021, -friction * -0.001], rtol=1e-9)
 
@@ -449,7 +449,7 @@ def test_regularised_law_by_hand() -> None:
     target = obstacle(Circle(0.015))
     tip, work = prepare(ball, target, np.array([0.0, 0.016 - 2e-6, 0.0]), STICK)
     tip.twist[:] = 0.25e-4, 0.0, 0.0
-    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4), 1e-9, tip, True, work)
+    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4, 1e-9), 1e-9, tip, True, work)
     np.testing.assert_allclose(work.wrench[:2], [-0.6 * 0.02 * 0.25, 0.02], rtol=1e-9)
 
 
@@ -467,7 +467,7 @@ def test_flat_overlap_presses_at_the_centre_of_a_bed_of_springs(
     depth = 2e-6
     pose = press(fingertip, target, 0.0, PARALLEL + angle, depth)
     tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0), 0.0, tip, True, work)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
     points = axis(pose, fingertip)
     spread = points[0] + np.linspace(0.0, 1.0, 200001)[:, None] * (points[1] - points[0])
     depths = np.maximum(0.0, target.radius + fingertip.radius - (spread[:, 1] - 0.012))
@@ -493,7 +493,7 @@ def test_blunt_corner_presses_at_the_centre_of_a_bed_of_springs(tilt: float) -> 
     x = -0.5 * float(np.sum(fingertip.points @ np.array([1.0, 1.0]))) / math.sqrt(2.0)
     pose = press(fingertip, target, x, PARALLEL + tilt, depth)
     tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0), 0.0, tip, True, work)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
     points = axis(pose, fingertip)
     length = float(np.linalg.norm(points[1] - points[0]))
     along = (points[1] - points[0]) / length
@@ -527,7 +527,7 @@ def test_contact_solution_obeys_law_and_chain(
     rng = np.random.default_rng(seed)
     fingertip, s = capsule(), 2e3
     target = obstacle(Circle(0.015))
-    law = ContactLaw(1e4, 1.0, friction, slip_velocity)
+    law = ContactLaw(1e4, 1.0, friction, slip_velocity, 1e-9)
     tip = tip_response()
     put(tip, press(fingertip, target, rng.uniform(0.0, 0.01), -1.2, 1e-9))
     tip.twist[:] = rng.normal(size=3) * (0.004, 0.004, 0.1)
@@ -558,3 +558,61 @@ def test_contact_solution_obeys_law_and_chain(
         assert along_tangent == pytest.approx(law_force, abs=1e-6 * normal + 1e-12)
     if normal > 0.0 and friction > 0.0 and abs(slip) > max(1e-8, slip_velocity):
         assert along_tangent == pytest.approx(-friction * normal * np.sign(slip), rel=1e-6)
+
+
+@pytest.mark.parametrize("along_tip_normal", [False, True])
+@pytest.mark.parametrize("friction", [0.4, 1.2])
+@pytest.mark.parametrize("seed", range(25))
+def test_modes_of_shared_sticks_are_found_after_a_jump(
+    seed: int, friction: float, along_tip_normal: bool
+) -> None:
+    """Several points of one tip stick, then its velocity jumps: the new modes are found.
+
+    For a step that is short against mass and contact stiffness, friction under given normal
+    forces is a convex problem: there is a solution.  From any modes the search returns one, that
+    is for each point F_T = -mu F_N sign(slip), or |F_T| <= mu F_N and a slip of less than 1e-6
+    of the tip's speed, and Newton's law for the free tip to 1e-9 of the contact force.
+    """
+    rng = np.random.default_rng(seed)
+    fingertip, s = samples(along_tip_normal), 3e6
+    target = obstacle(Circle(rng.uniform(0.008, 0.03)))
+    law = ContactLaw(1e4, 1.0, friction, 0.0, 1e-9)
+    tip = tip_response()
+    put(tip, press(fingertip, target, rng.uniform(-0.004, 0.008), rng.uniform(-1.6, -0.8), 6e-4))
+    points = axis(tip.pose, fingertip)
+    touched = [k for k, p in enumerate(points) if point_distance(target, *p)[0] < target.radius]
+    assert touched
+    mass, inertia = 7.7e-4, 2e-8
+    arm = np.array(DESIGN.tip.centre_of_gravity)
+    cos, sin = tip.turn
+    cx, cz = cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]
+    motion = np.array([[1.0, 0.0, -cz], [0.0, 1.0, cx], [0.0, 0.0, 1.0]])
+    inertias = motion.T @ np.diag([mass, mass, inertia]) @ motion
+    tip.compliance[:, :] = np.linalg.inv(inertias) / s**2
+    speed = 10.0 ** rng.uniform(-3.0, -1.0)
+    tip.free[:] = speed * rng.normal(size=3) * (1.0, 1.0, 100.0) / s
+    work = contact_work(fingertip)
+    work.modes.normal[touched] = CLOSED
+    work.modes.friction[:] = rng.integers(SLIP_RIGHT, SLIP_LEFT + 1, len(points))
+    assert solve_contact(fingertip, target, law, s, 1e-10, tip, work)
+
+    pressed = work.normal_force.sum()
+    lack = np.linalg.solve(tip.compliance, work.increment - tip.free) - work.wrench
+    np.testing.assert_allclose(lack[:2], 0.0, atol=1e-7 * max(1.0, pressed))
+    rate = s * work.increment
+    fastest = np.abs(rate[:2]).sum() + 0.02 * abs(rate[2])
+    pose = tip.pose + work.increment
+    for k, point in enumerate(axis(pose, fingertip)):
+        lx, lz = point - pose[:2]
+        gap, nx, nz, _ = point_distance(target, *point)
+        if gap - target.radius > -1e-8:  # open, or damping sets in
+            continue
+        if along_tip_normal:
+            angle = tip.pose[2] + work.increment[2] + DESIGN.tip.normal_angles[k]
+            nx, nz = -math.cos(angle), -math.sin(angle)
+        slip = -nz * (rate[0] - rate[2] * lz) + nx * (rate[1] + rate[2] * lx)
+        limit = friction * work.normal_force[k]
+        assert limit >= 0.0
+        assert abs(work.friction_force[k]) <= limit * (1.0 + 1e-5)
+        if abs(slip) > 1e-6 * fastest:
+            assert work.friction_force[k] == pytest.approx(-math.copysign(limit, slip), rel=1e-6)
