@@ -23,7 +23,8 @@ class EnergyBalance:
     Parameters
     ----------
     actuator, gravity
-        Work done on the gripper.
+        Work done on the gripper; the actuator's includes the impulse of every velocity jump
+        after the start.
     kinetic, elastic
         Change of the gripper's kinetic energy and of the energy in its joint springs.
     joints
@@ -85,7 +86,25 @@ def energy_balance(
         joints += float(work[1])
         contact += float(work[2] - work[3])
         friction += float(work[3])
+        actuator += _impulsive_work(scene, motion, record, end)
     return EnergyBalance(actuator, gravity, kinetic, elastic, joints, contact, friction)
+
+
+def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float) -> float:
+    """Work of the actuator on one half in the velocity jumps inside a run [J].
+
+    A jump changes every body's velocity by as much as the base's, and joint angles and rates not
+    at all: the work is the change of kinetic energy.  A step ends at each jump.
+    """
+    length = motion.time[1:-1] - motion.time[:-2]
+    before = motion.velocity[:-1] + motion.acceleration[:-1] * length
+    after = motion.velocity[1:]
+    jumps = np.flatnonzero((before != after) & motion.jump[1:] & (motion.time[1:-1] < end))
+    rows = np.searchsorted(record.time, motion.time[1:-1][jumps])
+    q, v = record.q[rows], record.v[rows]
+    _, energy_before = _height_and_motion(scene, q, v, before[jumps])
+    _, energy_after = _height_and_motion(scene, q, v, after[jumps])
+    return float(np.sum(energy_after - energy_before))
 
 
 def _height_and_motion(scene: Scene, q: Array, v: Array, speed: Array) -> tuple[Array, Array]:
