@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim.bending import section_moments
+from hma_gripper_sim.contact_warnings import OTHER_TIP_NAME, UnmodelledContactWarning
 from hma_gripper_sim.discretisation import HalfGripper
 from hma_gripper_sim.energy import EnergyBalance, energy_balance
+from hma_gripper_sim.error_estimate import ErrorEstimate
 from hma_gripper_sim.kernels.clearance import (
     OTHER_TIP,
     PARTS,
@@ -24,10 +26,13 @@ from hma_gripper_sim.kernels.clearance import (
 )
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.penetration import deepest_penetration
+from hma_gripper_sim.observation import Observed, observe
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import SIDES, Scene
+from hma_gripper_sim.validity import Finding, findings
 
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array]
@@ -39,35 +44,8 @@ PART_NAMES = {
     TOP_BEAM: "top beam",
     SIDE_BEAM: "side beam",
     TIP_SHANK: "outer side of the tip",
-    OTHER_TIP: "other tip",
+    OTHER_TIP: OTHER_TIP_NAME,
 }
-
-
-class UnmodelledContactWarning(UserWarning):
-    """A part that the contact model leaves out would have touched something.
-
-    Attributes
-    ----------
-    part, side
-        Which part, and of which half.
-    time
-        Of the first touch [s].
-    place
-        In world coordinates (x, z) [m].
-    """
-
-    def __init__(self, part: str, side: str, time: float, place: tuple[float, float]) -> None:
-        self.part = part
-        self.side = side
-        self.time = time
-        self.place = place
-        what = "each other" if part == PART_NAMES[OTHER_TIP] else "the object"
-        subject = "the tips" if part == PART_NAMES[OTHER_TIP] else f"the {side} {part}"
-        super().__init__(
-            f"{subject} would touch {what} at t = {time:.4g} s, "
-            f"x = {1e3 * place[0]:.3g} mm, z = {1e3 * place[1]:.3g} mm: "
-            "not modelled, the results from there on are not to be trusted"
-        )
 
 
 class Trace:
@@ -82,11 +60,15 @@ class Trace:
         What was simulated.
     stats
         What it cost and how it ended.
-    warnings
-        Parts that would have touched although the contact model leaves them out.
+    error_estimate
+        Of a run that was verified; otherwise None.
+    sample_period
+        [s]
     time
         [s], shape (n_samples,)
     """
+
+    error_estimate: ErrorEstimate | None = None
 
     def __init__(
         self,
@@ -95,12 +77,12 @@ class Trace:
         records: list[HalfRecord],
         sample_period: float,
         stats: SolverStats,
-        touches: tuple[UnmodelledContactWarning, ...],
     ) -> None:
         self.scene = scene
         self.stats = stats
-        self.warnings = touches
+        self.sample_period = sample_period
         self._motion = motion
+        self._records = records
         self._right, self._left = records[0], records[-1]
         start, end = motion.time[0], min(record.time[-1] for record in records)
         count = math.floor((end - start) / sample_period + ROUND_OFF) + 1
@@ -115,9 +97,7 @@ class Trace:
     @cached_property
     def travel(self) -> Array:
         """Of the prismatic joint, positive towards the object [m], shape (n_samples,)."""
-        i, m = self._segment, self._motion
-        dt = self.time - m.time[i]
-        return np.asarray(m.travel[i] + dt * (m.velocity[i] + 0.5 * m.acceleration[i] * dt))
+        return travel_at(self._motion, self.time)
 
     @cached_property
     def velocity(self) -> Array:
@@ -217,6 +197,48 @@ class Trace:
         return energy_balance(self.scene, self._motion, (self._right, self._left))
 
     @cached_property
+    def warnings(self) -> tuple[UnmodelledContactWarning, ...]:
+        """Parts that would have touched although the contact model leaves them out."""
+        return find_unmodelled_touches(self.scene, self._motion, self._records)
+
+    @property
+    def touched(self) -> bool:
+        """Whether a tip pressed on the object at any time."""
+        return any(bool(record.wrench.any()) for record in self._records)
+
+    @property
+    def max_penetration(self) -> float:
+        """Deepest overlap of a tip and the object under a contact force [m]."""
+        return self._penetration[0]
+
+    @property
+    def penetration_time(self) -> float:
+        """When that was [s]; the start if there was none."""
+        return self._penetration[1]
+
+    @cached_property
+    def _penetration(self) -> tuple[float, float]:
+        deepest, time = 0.0, float(self.time[0])
+        for model, record in zip(self.scene.models, self._records, strict=False):
+            travel = travel_at(self._motion, record.time)
+            depth, row = deepest_penetration(
+                model.chain, model.fingertip, model.obstacle, travel, record.q, record.wrench
+            )
+            if depth > deepest:
+                deepest, time = depth, float(record.time[row])
+        return deepest, time
+
+    @cached_property
+    def validity(self) -> tuple[Finding, ...]:
+        """Where the run leaves what the model describes, what matters most first (`validity`)."""
+        return findings(self.scene, self.observed, self.error_estimate)
+
+    @cached_property
+    def observed(self) -> Observed:
+        """What the run's validity is judged by."""
+        return observe(self)
+
+    @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:
         slide = np.stack([self.travel, self.velocity, self.actuator_force])
         return joint_rows(self.scene, slide, self.half_rows("right"), self.half_rows("left"))
@@ -229,6 +251,15 @@ class Trace:
 
     def _record(self, side: str) -> HalfRecord:
         return self._right if choice(side, SIDES, field="side") == "right" else self._left
+
+
+def travel_at(motion: Motion, time: Array) -> Array:
+    """Travel of a motion at times within it [m], shape (k,)."""
+    segment = np.searchsorted(motion.time, time, side="right") - 1
+    segment = np.clip(segment, 0, len(motion.velocity) - 1)
+    dt = time - motion.time[segment]
+    rate = motion.velocity[segment] + 0.5 * motion.acceleration[segment] * dt
+    return np.asarray(motion.travel[segment] + dt * rate)
 
 
 def beam_tangent(half: HalfGripper, q: Array) -> Array:
@@ -287,7 +318,7 @@ def find_unmodelled_touches(
     mirrored = len(records) == 1
     for i, record in enumerate(records):
         other, model = records[-1 - i], scene.models[i]
-        travel = np.interp(record.time, motion.time, motion.travel)
+        travel = travel_at(motion, record.time)
         angles = record.q if mirrored else _linear(record.time, other.time, other.q)
         states = Recorded(record.time, travel, record.q, angles)
         first_touches(model.chain, half.segments, model.obstacle, states, work, found)

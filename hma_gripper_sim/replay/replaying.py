@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.logs.signals import SLIDE
 from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
@@ -19,7 +20,7 @@ from hma_gripper_sim.replay.course import Course
 from hma_gripper_sim.replay.messages import Stamps, TickMessages, contour_message, velocity_message
 from hma_gripper_sim.replay.parameters import Parameters, metadata
 from hma_gripper_sim.simulation import Simulation
-from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
+from hma_gripper_sim.trace import Trace
 
 BLOCK = 4000
 """Samples that are simulated, turned into messages and written at a time."""

@@ -1,0 +1,108 @@
+"""What of a run its validity is judged by, also of one that was simulated in parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
+from hma_gripper_sim.kernels.penetration import tip_gap, tip_reach
+from hma_gripper_sim.outcome import Outcome
+from hma_gripper_sim.scene import SIDES
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.trace import Trace
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What of a run, or of a part of it, its validity is judged by.
+
+    Parameters
+    ----------
+    outcome, end
+        How it ended, and when [s].
+    touches
+        Parts that touched although the contact model leaves them out.
+    touched
+        Whether a tip pressed on the object at all.
+    nearest, below_top, between
+        With the gripper furthest down: gap between the tips and the object [m], how far the tips'
+        lowest point is below its top [m], and whether the object is between them.
+    penetration, penetration_time
+        The deepest overlap of a tip and the object under a contact force [m], and when [s].
+    stress_ratio, overstress_time
+        Largest bending stress relative to the end of the material's linear range, and when that
+        was first left [s]; None: never.
+    """
+
+    outcome: Outcome
+    end: float
+    touches: tuple[UnmodelledContactWarning, ...]
+    touched: bool
+    nearest: float
+    below_top: float
+    between: bool
+    penetration: float
+    penetration_time: float
+    stress_ratio: float
+    overstress_time: float | None
+
+
+def join(parts: Sequence[Observed]) -> Observed:
+    """Put what was observed of successive parts of a run together."""
+    first_touches: dict[tuple[str, str], UnmodelledContactWarning] = {}
+    for part in parts:
+        for touch in part.touches:
+            first_touches.setdefault((touch.part, touch.side), touch)
+    lowest = max(parts, key=lambda part: part.below_top)
+    deepest = max(parts, key=lambda part: part.penetration)
+    over = [part.overstress_time for part in parts if part.overstress_time is not None]
+    return Observed(
+        parts[-1].outcome,
+        parts[-1].end,
+        tuple(first_touches.values()),
+        any(part.touched for part in parts),
+        lowest.nearest,
+        lowest.below_top,
+        lowest.between,
+        deepest.penetration,
+        deepest.penetration_time,
+        max(part.stress_ratio for part in parts),
+        min(over, default=None),
+    )
+
+
+def observe(trace: Trace) -> Observed:
+    """Look at a run, or a part of one."""
+    scene = trace.scene
+    lowest = int(np.argmax(trace.travel))
+    nearest, bottom, places = np.inf, np.inf, []
+    for side, model in zip(SIDES, scene.models, strict=True):
+        q, travel = trace.half_rows(side)[0][lowest], float(trace.travel[lowest])
+        gap = tip_gap(model.chain, model.fingertip, model.obstacle, travel, q)
+        x, z = tip_reach(model.chain, model.fingertip, travel, q)
+        nearest, bottom = min(nearest, gap), min(bottom, z)
+        places.append(x)
+    x, z = scene.object_position
+    core = scene.contour.core
+    top = z + float(core[:, 1].max()) + scene.contour.core_radius
+    per_moment = scene.design.bending_stress(1.0) / scene.design.material.stress_limit
+    ratio = per_moment * np.maximum(*(trace.largest_moments(side) for side in SIDES))
+    over = np.flatnonzero(ratio > 1.0)
+    return Observed(
+        outcome=trace.stats.outcome,
+        end=float(trace.time[-1]),
+        touches=trace.warnings,
+        touched=trace.touched,
+        nearest=nearest,
+        below_top=top - bottom,
+        between=-places[1] < x + float(core[:, 0].mean()) < places[0],
+        penetration=trace.max_penetration,
+        penetration_time=trace.penetration_time,
+        stress_ratio=float(ratio.max()),
+        overstress_time=float(trace.time[over[0]]) if len(over) else None,
+    )
