@@ -7,14 +7,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
+from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.penetration import tip_gap, tip_reach
 from hma_gripper_sim.outcome import Outcome
-from hma_gripper_sim.scene import SIDES
+from hma_gripper_sim.scene import SIDES, Scene
+from hma_gripper_sim.unmodelled_contacts import find_unmodelled_touches
 
 if TYPE_CHECKING:
+    from hma_gripper_sim.simulation import Snapshot
     from hma_gripper_sim.trace import Trace
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -79,30 +85,63 @@ def join(parts: Sequence[Observed]) -> Observed:
 def observe(trace: Trace) -> Observed:
     """Look at a run, or a part of one."""
     scene = trace.scene
-    lowest = int(np.argmax(trace.travel))
-    nearest, bottom, places = np.inf, np.inf, []
-    for side, model in zip(SIDES, scene.models, strict=True):
-        q, travel = trace.half_rows(side)[0][lowest], float(trace.travel[lowest])
-        gap = tip_gap(model.chain, model.fingertip, model.obstacle, travel, q)
-        x, z = tip_reach(model.chain, model.fingertip, travel, q)
-        nearest, bottom = min(nearest, gap), min(bottom, z)
-        places.append(x)
-    x, z = scene.object_position
-    core = scene.contour.core
-    top = z + float(core[:, 1].max()) + scene.contour.core_radius
     per_moment = scene.design.bending_stress(1.0) / scene.design.material.stress_limit
     ratio = per_moment * np.maximum(*(trace.largest_moments(side) for side in SIDES))
     over = np.flatnonzero(ratio > 1.0)
+    lowest = int(np.argmax(trace.travel))
+    angles = [trace.half_rows(side)[0][lowest] for side in SIDES]
+    nearest, below_top, between = _around(scene, float(trace.travel[lowest]), angles)
     return Observed(
         outcome=trace.stats.outcome,
         end=float(trace.time[-1]),
         touches=trace.warnings,
         touched=trace.touched,
         nearest=nearest,
-        below_top=top - bottom,
-        between=-places[1] < x + float(core[:, 0].mean()) < places[0],
+        below_top=below_top,
+        between=between,
         penetration=trace.max_penetration,
         penetration_time=trace.penetration_time,
         stress_ratio=float(ratio.max()),
         overstress_time=float(trace.time[over[0]]) if len(over) else None,
     )
+
+
+def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
+    """Look at one instant; the stress of an instant is left to who keeps its peaks."""
+    states = [snapshot.halves[0], snapshot.halves[-1]]
+    angles = [state.q for state in states]
+    nearest, below_top, between = _around(scene, snapshot.travel, angles)
+    time, travel = np.array([snapshot.time]), np.array([snapshot.travel])
+    halves = [
+        Recorded(time, travel, own[None], other[None])
+        for own, other in zip(angles, reversed(angles), strict=True)
+    ]
+    touched = any(bool(state.wrench.any()) for state in states)
+    return Observed(
+        outcome=Outcome.CONVERGED,
+        end=snapshot.time,
+        touches=find_unmodelled_touches(scene, halves[: len(snapshot.halves)]),
+        touched=touched,
+        nearest=nearest,
+        below_top=below_top,
+        between=between,
+        penetration=max(0.0, -nearest) if touched else 0.0,
+        penetration_time=snapshot.time,
+        stress_ratio=0.0,
+        overstress_time=None,
+    )
+
+
+def _around(scene: Scene, travel: float, angles: Sequence[Array]) -> tuple[float, float, bool]:
+    """`nearest`, `below_top` and `between` of `Observed`, in a pose of both halves' angles."""
+    nearest, bottom, places = np.inf, np.inf, []
+    for model, q in zip(scene.models, angles, strict=True):
+        nearest = min(nearest, tip_gap(model.chain, model.fingertip, model.obstacle, travel, q))
+        place, lowest = tip_reach(model.chain, model.fingertip, travel, q)
+        bottom = min(bottom, lowest)
+        places.append(place)
+    x, z = scene.object_position
+    core = scene.contour.core
+    top = z + float(core[:, 1].max()) + scene.contour.core_radius
+    between = -places[1] < x + float(core[:, 0].mean()) < places[0]
+    return nearest, top - bottom, between

@@ -10,20 +10,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim.bending import section_moments
-from hma_gripper_sim.contact_warnings import OTHER_TIP_NAME, UnmodelledContactWarning
+from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.discretisation import HalfGripper
 from hma_gripper_sim.energy import EnergyBalance, energy_balance
 from hma_gripper_sim.error_estimate import ErrorEstimate
-from hma_gripper_sim.kernels.clearance import (
-    OTHER_TIP,
-    PARTS,
-    SIDE_BEAM,
-    TIP_SHANK,
-    TOP_BEAM,
-    Recorded,
-    clearance_work,
-    first_touches,
-)
+from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.integrator import Motion
 from hma_gripper_sim.kernels.penetration import deepest_penetration
@@ -32,6 +23,7 @@ from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import SIDES, Scene
+from hma_gripper_sim.unmodelled_contacts import find_unmodelled_touches
 from hma_gripper_sim.validity import Finding, findings
 
 Array = NDArray[np.float64]
@@ -39,13 +31,6 @@ Rows = tuple[Array, Array]
 
 ROUND_OFF = 1e-6
 """How far the last sample may lie beyond the end because of rounding, in sample periods."""
-
-PART_NAMES = {
-    TOP_BEAM: "top beam",
-    SIDE_BEAM: "side beam",
-    TIP_SHANK: "outer side of the tip",
-    OTHER_TIP: OTHER_TIP_NAME,
-}
 
 
 class Trace:
@@ -142,7 +127,7 @@ class Trace:
             return beam_chord(half, self.half_rows(side)[0])
         knots = beam_tangent(half, record.q)
         rates = record.v @ half.phi_weights
-        return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
+        return _hermite(self.time, record.time, knots, rates)
 
     def phi_rate(self, side: str) -> Array:
         """Rate of the angle of deflection of one side, tangent [rad/s], shape (n_samples,)."""
@@ -199,7 +184,7 @@ class Trace:
     @cached_property
     def warnings(self) -> tuple[UnmodelledContactWarning, ...]:
         """Parts that would have touched although the contact model leaves them out."""
-        return find_unmodelled_touches(self.scene, self._motion, self._records)
+        return find_unmodelled_touches(self.scene, _recorded(self._motion, self._records))
 
     @property
     def touched(self) -> bool:
@@ -246,8 +231,8 @@ class Trace:
     def half_rows(self, side: str) -> Rows:
         """Joint angles and rates of one half in its own frame, shape (n_samples, n)."""
         record = self._record(side)
-        angles = CubicHermiteSpline(record.time, record.q, record.v)(self.time)
-        return np.asarray(angles), _linear(self.time, record.time, record.v)
+        angles = _hermite(self.time, record.time, record.q, record.v)
+        return angles, _linear(self.time, record.time, record.v)
 
     def _record(self, side: str) -> HalfRecord:
         return self._right if choice(side, SIDES, field="side") == "right" else self._left
@@ -307,34 +292,27 @@ def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Arr
     return rows[0], rows[1], rows[2]
 
 
-def find_unmodelled_touches(
-    scene: Scene, motion: Motion, records: list[HalfRecord]
-) -> tuple[UnmodelledContactWarning, ...]:
-    """First touch of each part that the contact model leaves out, in order of time."""
-    half = scene.half
-    touches = []
-    found = np.empty((PARTS, 3))
-    work = clearance_work(half.segments)
-    mirrored = len(records) == 1
-    for i, record in enumerate(records):
-        other, model = records[-1 - i], scene.models[i]
+def _recorded(motion: Motion, records: list[HalfRecord]) -> list[Recorded]:
+    """Records with the travel and the other half's angles at their steps."""
+    recorded = []
+    for record, other in zip(records, reversed(records), strict=True):
+        angles = record.q if other is record else _linear(record.time, other.time, other.q)
         travel = travel_at(motion, record.time)
-        angles = record.q if mirrored else _linear(record.time, other.time, other.q)
-        states = Recorded(record.time, travel, record.q, angles)
-        first_touches(model.chain, half.segments, model.obstacle, states, work, found)
-        for part, (time, x, z) in enumerate(found.tolist()):
-            if math.isinf(time):
-                continue
-            for side in SIDES if mirrored else SIDES[i : i + 1]:
-                if part != OTHER_TIP or side == "right":
-                    place = (x if side == "right" else -x, z)
-                    touch = UnmodelledContactWarning(PART_NAMES[part], side, time, place)
-                    touches.append(touch)
-    return tuple(sorted(touches, key=lambda touch: touch.time))
+        recorded.append(Recorded(record.time, travel, record.q, angles))
+    return recorded
+
+
+def _hermite(at: Array, time: Array, rows: Array, rates: Array) -> Array:
+    """Cubic interpolation of `rows` with given rates; a run may have ended with its first row."""
+    if len(time) == 1:
+        return np.repeat(rows, len(at), axis=0)
+    return np.asarray(CubicHermiteSpline(time, rows, rates)(at))
 
 
 def _linear(at: Array, time: Array, rows: Array) -> Array:
     """Linear interpolation of all columns of `rows`."""
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, max(0, len(time) - 2))
+    if len(time) == 1:
+        return np.repeat(rows, len(at), axis=0)
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     share = ((at - time[i]) / (time[i + 1] - time[i]))[:, None]
     return np.asarray(rows[i] + share * (rows[i + 1] - rows[i]))
