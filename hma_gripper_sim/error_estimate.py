@@ -18,7 +18,6 @@ sqrt(`TIGHTER`) times as many steps, the other two about one run each.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
@@ -101,6 +100,8 @@ class ErrorEstimate:
 
     def __str__(self) -> str:
         parts = []
+        if self.force_rms is None:
+            parts.append("unknown")
         if self.force_rms is not None and self.force_max is not None:
             parts.append(
                 f"force {100.0 * self.force_rms:.2g} % RMS, {100.0 * self.force_max:.2g} % at most"
@@ -113,7 +114,7 @@ class ErrorEstimate:
             parts.append(f"model {100.0 * self.model_force_rms:.2g} % of the force, {angle:.2g}°")
         if self.sensitive_from is not None:
             parts.append(f"sensitive to a picometre from t = {self.sensitive_from:.4g} s")
-        return "; ".join([*parts, *self.failures])
+        return "; ".join(parts)
 
 
 class Samples(NamedTuple):
@@ -191,13 +192,7 @@ def refined_scene(scene: Scene) -> Scene:
             max(REFINED[0], has.elements_top + MORE[0]),
             max(REFINED[1], has.elements_beam + MORE[1]),
         )
-    return dataclasses.replace(
-        scene,
-        discretisation="gauss",
-        elements_top=counts[0],
-        elements_beam=counts[1],
-        accuracy=None,
-    )
+    return scene.rediscretised("gauss", *counts)
 
 
 def estimate_error(

@@ -109,7 +109,7 @@ class Trace:
     @cached_property
     def phi_left(self) -> Array:
         """Angle between top beam and left side beam at mid-length [rad], shape (n_samples,)."""
-        return self.phi("left")
+        return self.phi_right if self._left is self._right else self.phi("left")
 
     def phi(self, side: str, definition: str = "tangent") -> Array:
         """Angle of deflection of one side (thesis 5.3.2) [rad], shape (n_samples,).
