@@ -139,9 +139,7 @@ class Scene:
                 count = whole_number(getattr(self, name), field=name, source="Scene")
                 self._set(name, count)
 
-    def rediscretised(
-        self, discretisation: str, elements_top: int, elements_beam: int
-    ) -> Scene:
+    def rediscretised(self, discretisation: str, elements_top: int, elements_beam: int) -> Scene:
         """Return the same scene with another discretisation of the gripper.
 
         The stress-free gripper is the same in all of them, and so is the object's place.

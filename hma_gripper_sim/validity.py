@@ -65,6 +65,11 @@ def findings(
     return tuple(sorted(found, key=lambda finding: order.index(finding.severity)))
 
 
+def remarks(validity: tuple[Finding, ...], estimate: ErrorEstimate) -> tuple[str, ...]:
+    """Return how far a verified run can be trusted, one line each."""
+    return (f"estimated error of the simulation: {estimate}", *map(str, validity))
+
+
 def _of_run(scene: Scene, observed: Observed) -> list[Finding]:
     found = []
     if observed.outcome is not Outcome.CONVERGED:
