@@ -15,6 +15,10 @@ its outline that much off: place and direction of the force err by as large a sh
 """
 
 
+MORE = 1.5
+"""Share of a penetrating contact's force that a stiffer one is expected to bear at most."""
+
+
 class UnmodelledContactWarning(UserWarning):
     """A part that the contact model leaves out would have touched something.
 
@@ -53,14 +57,15 @@ class PenetrationWarning(UserWarning):
     time
         When it was reached [s].
     stiffness
-        Normal stiffness of the contact with which the same force makes it small [N/m].
+        Normal stiffness of the contact that would make it small [N/m]: for the same force, and
+        half as much again because a stiffer contact may have to bear more.
     """
 
     def __init__(self, scene: Scene, depth: float, time: float) -> None:
         radius = scene.design.tip.radius
         self.depth = depth
         self.time = time
-        self.stiffness = scene.normal_stiffness * depth / (SHALLOW * radius)
+        self.stiffness = MORE * scene.normal_stiffness * depth / (SHALLOW * radius)
         super().__init__(
             f"a tip sinks {1e3 * depth:.3g} mm into the object at t = {time:.4g} s, more than "
             f"{100.0 * SHALLOW:g} % of its radius of {1e3 * radius:.3g} mm: the contact's place "

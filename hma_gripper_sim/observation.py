@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.kernels.clearance import Recorded
-from hma_gripper_sim.kernels.penetration import tip_gap, tip_reach
+from hma_gripper_sim.kernels.penetration import place_tip, tip_gap
 from hma_gripper_sim.outcome import Outcome
 from hma_gripper_sim.scene import SIDES, Scene
 from hma_gripper_sim.unmodelled_contacts import find_unmodelled_touches
@@ -35,9 +35,9 @@ class Observed:
         Parts that touched although the contact model leaves them out.
     touched
         Whether a tip pressed on the object at all.
-    nearest, below_top, between
-        With the gripper furthest down: gap between the tips and the object [m], how far the tips'
-        lowest point is below its top [m], and whether the object is between them.
+    nearest, beyond, between
+        With the gripper furthest down: gap between the tips and the object [m], how far it is
+        beyond the clearance [m], and whether the object is between the tips.
     penetration, penetration_time
         The deepest overlap of a tip and the object under a contact force [m], and when [s].
     stress_ratio, overstress_time
@@ -50,7 +50,7 @@ class Observed:
     touches: tuple[UnmodelledContactWarning, ...]
     touched: bool
     nearest: float
-    below_top: float
+    beyond: float
     between: bool
     penetration: float
     penetration_time: float
@@ -64,7 +64,7 @@ def join(parts: Sequence[Observed]) -> Observed:
     for part in parts:
         for touch in part.touches:
             first_touches.setdefault((touch.part, touch.side), touch)
-    lowest = max(parts, key=lambda part: part.below_top)
+    lowest = max(parts, key=lambda part: part.beyond)
     deepest = max(parts, key=lambda part: part.penetration)
     over = [part.overstress_time for part in parts if part.overstress_time is not None]
     return Observed(
@@ -73,7 +73,7 @@ def join(parts: Sequence[Observed]) -> Observed:
         tuple(first_touches.values()),
         any(part.touched for part in parts),
         lowest.nearest,
-        lowest.below_top,
+        lowest.beyond,
         lowest.between,
         deepest.penetration,
         deepest.penetration_time,
@@ -90,14 +90,15 @@ def observe(trace: Trace) -> Observed:
     over = np.flatnonzero(ratio > 1.0)
     lowest = int(np.argmax(trace.travel))
     angles = [trace.half_rows(side)[0][lowest] for side in SIDES]
-    nearest, below_top, between = _around(scene, float(trace.travel[lowest]), angles)
+    travel = float(trace.travel[lowest])
+    nearest, between = _around(scene, travel, angles)
     return Observed(
         outcome=trace.stats.outcome,
         end=float(trace.time[-1]),
         touches=trace.warnings,
         touched=trace.touched,
         nearest=nearest,
-        below_top=below_top,
+        beyond=travel - scene.clearance,
         between=between,
         penetration=trace.max_penetration,
         penetration_time=trace.penetration_time,
@@ -110,7 +111,7 @@ def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
     """Look at one instant; the stress of an instant is left to who keeps its peaks."""
     states = [snapshot.halves[0], snapshot.halves[-1]]
     angles = [state.q for state in states]
-    nearest, below_top, between = _around(scene, snapshot.travel, angles)
+    nearest, between = _around(scene, snapshot.travel, angles)
     time, travel = np.array([snapshot.time]), np.array([snapshot.travel])
     halves = [
         Recorded(time, travel, own[None], other[None])
@@ -123,7 +124,7 @@ def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
         touches=find_unmodelled_touches(scene, halves[: len(snapshot.halves)]),
         touched=touched,
         nearest=nearest,
-        below_top=below_top,
+        beyond=snapshot.travel - scene.clearance,
         between=between,
         penetration=max(0.0, -nearest) if touched else 0.0,
         penetration_time=snapshot.time,
@@ -132,16 +133,11 @@ def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
     )
 
 
-def _around(scene: Scene, travel: float, angles: Sequence[Array]) -> tuple[float, float, bool]:
-    """`nearest`, `below_top` and `between` of `Observed`, in a pose of both halves' angles."""
-    nearest, bottom, places = np.inf, np.inf, []
+def _around(scene: Scene, travel: float, angles: Sequence[Array]) -> tuple[float, bool]:
+    """`nearest` and `between` of `Observed`, in a pose of both halves' angles."""
+    gaps, places = [], []
     for model, q in zip(scene.models, angles, strict=True):
-        nearest = min(nearest, tip_gap(model.chain, model.fingertip, model.obstacle, travel, q))
-        place, lowest = tip_reach(model.chain, model.fingertip, travel, q)
-        bottom = min(bottom, lowest)
-        places.append(place)
-    x, z = scene.object_position
-    core = scene.contour.core
-    top = z + float(core[:, 1].max()) + scene.contour.core_radius
-    between = -places[1] < x + float(core[:, 0].mean()) < places[0]
-    return nearest, top - bottom, between
+        gaps.append(tip_gap(model.chain, model.fingertip, model.obstacle, travel, q))
+        places.append(place_tip(model.chain, travel, q)[0])
+    middle = scene.offset + float(scene.contour.core[:, 0].mean())
+    return min(gaps), -places[1] < middle < places[0]

@@ -93,15 +93,13 @@ def _of_run(scene: Scene, observed: Observed) -> list[Finding]:
 
 
 def _missed(observed: Observed) -> str:
-    if observed.below_top <= 0.0:
-        return (
-            f"the object was never touched: the tips came within {1e3 * observed.nearest:.3g} mm "
-            "of it"
-        )
+    gap = f"{1e3 * observed.nearest:.3g} mm"
+    if observed.beyond <= 0.0:
+        return f"the object was never touched: the tips came within {gap} of it"
     where = "between" if observed.between else "beside"
     return (
-        f"the object passed {where} the tips without a touch: they came "
-        f"{1e3 * observed.below_top:.3g} mm below its top, {1e3 * observed.nearest:.3g} mm off it"
+        f"the object passed {where} the tips without a touch: {1e3 * observed.beyond:.3g} mm "
+        f"beyond the clearance they were {gap} off it"
     )
 
 

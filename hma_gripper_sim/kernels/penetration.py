@@ -56,19 +56,6 @@ def tip_gap(
 
 
 @kernel
-def tip_reach(chain: Chain, fingertip: Fingertip, travel: float, q: Array) -> tuple[float, float]:
-    """Middle of the contour in contact, in x, and its lowest point, in z [m]."""
-    x, z, angle = place_tip(chain, travel, q)
-    cos, sin = np.cos(angle), np.sin(angle)
-    middle, lowest = 0.0, np.inf
-    for k in range(fingertip.points.shape[0]):
-        px, pz = fingertip.points[k, 0], fingertip.points[k, 1]
-        middle += x + cos * px - sin * pz
-        lowest = min(lowest, z + sin * px + cos * pz)
-    return middle / fingertip.points.shape[0], lowest - fingertip.radius
-
-
-@kernel
 def deepest_penetration(
     chain: Chain,
     fingertip: Fingertip,

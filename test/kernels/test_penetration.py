@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.kernels.penetration import deepest_penetration, tip_gap, tip_reach
+from hma_gripper_sim.kernels.penetration import deepest_penetration, place_tip, tip_gap
 
 DISCRETISATIONS = ("thesis", "midpoint", "gauss")
 CONTACTS = ("continuous", "sampled")
@@ -79,10 +79,11 @@ def test_the_deepest_of_the_rows_under_force(design: GripperDesign) -> None:
     assert depth == -tip_gap(model.chain, model.fingertip, model.obstacle, travel[1], q[1])
 
 
-def test_reach_of_the_stress_free_tip(design: GripperDesign) -> None:
-    """The lowest point is on the right of the axis, and falls with the travel."""
-    model = Scene(design, Circle(0.015)).models[0]
-    rest = np.zeros(len(model.chain.rest))
-    x, z = tip_reach(model.chain, model.fingertip, 0.0, rest)
-    assert x > 0.0
-    assert tip_reach(model.chain, model.fingertip, 0.01, rest) == pytest.approx((x, z - 0.01))
+def test_the_place_of_the_stress_free_tip(design: GripperDesign) -> None:
+    """The side beam starts 9.55 mm from the middle, 2 mm down, and goes 43 mm at -83 degrees."""
+    chain = Scene(design, Circle(0.015)).models[0].chain
+    x, z, angle = place_tip(chain, 0.01, np.zeros(len(chain.rest)))
+    slant = np.radians(-83.0)
+    assert angle == pytest.approx(slant)
+    assert x == pytest.approx(9.55e-3 + 0.043 * np.cos(slant))
+    assert z == pytest.approx(-2e-3 + 0.043 * np.sin(slant) - 0.01)
