@@ -19,6 +19,7 @@ sqrt(`TIGHTER`) times as many steps, the other two about one run each.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -84,7 +85,7 @@ class ErrorEstimate:
         What of the companion runs ended early, and what that leaves unsaid.
     force, phi
         The estimated errors at the samples [N, rad], as far as the tighter run came:
-        shapes (k,) and (k, 2), right and left.
+        shapes (k,) and (k, 2), right and left; empty where they were not kept.
     """
 
     force_rms: float | None
@@ -125,6 +126,59 @@ class Samples(NamedTuple):
     phi: Array
 
 
+class Spread:
+    """Differences between two runs, added up part by part.
+
+    Parameters
+    ----------
+    series
+        Whether to keep them all.
+    """
+
+    def __init__(self, series: bool = False) -> None:
+        self.count = 0
+        self._squares = np.zeros(2)
+        self._largest = np.zeros(2)
+        self._rises: tuple[list[Array], list[Array]] = ([], [])
+        self._series: list[tuple[Array, Array]] | None = [] if series else None
+
+    def add(self, a: Samples, b: Samples) -> None:
+        """Add the differences a - b of a part, as long as both are."""
+        count = min(len(a.time), len(b.time))
+        force, phi = a.force[:count] - b.force[:count], a.phi[:count] - b.phi[:count]
+        self.count += count
+        self._squares += np.sum(force**2), 0.5 * np.sum(phi**2)
+        for i, values in enumerate((np.abs(force), np.abs(phi).max(axis=1, initial=0.0))):
+            before = np.maximum.accumulate(np.append(self._largest[i], values))
+            rises = values > before[:-1]
+            self._rises[i].append(np.column_stack([a.time[:count][rises], values[rises]]))
+            self._largest[i] = before[-1]
+        if self._series is not None:
+            self._series.append((force, phi))
+
+    @property
+    def rms(self) -> Array:
+        """Of the force [N] and of the angles [rad], shape (2,)."""
+        return np.asarray(np.sqrt(self._squares / self.count))
+
+    @property
+    def largest(self) -> Array:
+        """Likewise."""
+        return self._largest
+
+    def first_beyond(self, bounds: tuple[float, float]) -> float:
+        """When the force [N] or an angle [rad] first differs by more than its bound [s]."""
+        times = [np.inf]
+        for rises, bound in zip(self._rises, bounds, strict=True):
+            times += [time for part in rises for time, value in part if value > bound][:1]
+        return float(min(times))
+
+    def series(self) -> tuple[Array, Array]:
+        """Differences of force [N] and angles [rad], shapes (k,) and (k, 2); empty if not kept."""
+        parts = self._series or [(np.zeros(0), np.zeros((0, 2)))]
+        return np.concatenate([f for f, _ in parts]), np.concatenate([phi for _, phi in parts])
+
+
 class Companions:
     """The runs beside a simulation that show its error, at any time at the same instant.
 
@@ -132,9 +186,11 @@ class Companions:
     ----------
     simulation
         Where it stands now, they start; it is not touched.
+    series
+        Whether to keep the error at every sample.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, series: bool = False) -> None:
         self._tolerance = min(simulation.tolerance, COARSEST)
         self._failures: dict[str, str] = {}
         self._runs: dict[str, Simulation] = {
@@ -146,8 +202,8 @@ class Companions:
                 self._runs["refined"] = simulation.twin(scene=refined_scene(simulation.scene))
             except SimulationError as error:
                 self._failures["refined"] = str(error)
-        self._plain: list[Samples] = []
-        self._samples: dict[str, list[Samples]] = {name: [] for name in self._runs}
+        self._largest = 0.0
+        self._spreads = {name: Spread(series and name == "tighter") for name in self._runs}
 
     def advance_along(self, motion: Motion, trace: Trace, kept: slice = slice(None)) -> None:
         """Follow a stretch of the motion, of which `trace` is the run's own result.
@@ -157,30 +213,25 @@ class Companions:
         kept
             Samples of the trace that are new.
         """
-        self._plain.append(_samples(trace, kept))
+        plain = _samples(trace, kept)
+        self._largest = max(self._largest, float(np.abs(plain.force).max(initial=0.0)))
+        tighter = plain
         for name, run in self._runs.items():
             if name in self._failures:
                 continue
             result = run.solve_along(motion, trace.sample_period)
-            self._samples[name].append(_samples(result, kept))
+            samples = _samples(result, kept)
+            self._spreads[name].add(tighter if name == "refined" else plain, samples)
+            if name == "tighter":
+                tighter = samples
             if not result.stats.converged:
                 end = float(result.time[-1])
                 self._failures[name] = str(SimulationError(result.stats.outcome, end))
 
     def estimate(self) -> ErrorEstimate:
         """Return what the runs so far show."""
-        runs = {name: _joined(parts) for name, parts in self._samples.items() if parts}
-        failures = tuple(
-            f"the {name} run ended early: {why}" for name, why in self._failures.items()
-        )
-        return estimate_error(
-            _joined(self._plain),
-            runs.get("tighter"),
-            runs.get("moved"),
-            runs.get("refined"),
-            self._tolerance,
-            failures,
-        )
+        failures = (f"the {name} run ended early: {why}" for name, why in self._failures.items())
+        return estimate_error(self._spreads, self._largest, self._tolerance, tuple(failures))
 
 
 def refined_scene(scene: Scene) -> Scene:
@@ -196,70 +247,48 @@ def refined_scene(scene: Scene) -> Scene:
 
 
 def estimate_error(
-    plain: Samples,
-    tighter: Samples | None,
-    moved: Samples | None,
-    refined: Samples | None,
-    tolerance: float,
-    failures: tuple[str, ...] = (),
+    spreads: Mapping[str, Spread], largest: float, tolerance: float, failures: tuple[str, ...] = ()
 ) -> ErrorEstimate:
     """Estimate the errors of a run from its companions, as far as each of them came.
 
     Parameters
     ----------
+    spreads
+        By name: of the run from the tighter and the moved run, and of the tighter one from the
+        refined.
+    largest
+        Magnitude of the force in the run [N].
     tolerance
         What was asked of the run.
     """
-    largest = float(np.abs(plain.force).max()) or 1.0
-    force, phi = np.zeros(0), np.zeros((0, 2))
-    if tighter is not None:
-        force, phi = (ALL_OF_IT * part for part in _differences(plain, tighter))
-    model_force, model_phi = np.zeros(0), np.zeros((0, 2))
-    if refined is not None:
-        model_force, model_phi = _differences(plain if tighter is None else tighter, refined)
+    known = {name: spread for name, spread in spreads.items() if spread.count}
+    units = np.array([largest or 1.0, 1.0])
+    tighter, moved, refined = (known.get(name) for name in ("tighter", "moved", "refined"))
+    rms = ALL_OF_IT * tighter.rms / units if tighter else None
+    most = ALL_OF_IT * tighter.largest / units if tighter else None
+    model = refined.rms / units if refined else None
+    force, phi = (tighter or Spread()).series()
+    sensitive = None
+    if moved and (moved.rms > tolerance * units).any():
+        sensitive = moved.first_beyond((tolerance * units[0], tolerance))
     return ErrorEstimate(
-        force_rms=_rms(force / largest),
-        force_max=_max(force / largest),
-        phi_rms=_rms(phi),
-        phi_max=_max(phi),
-        sensitive_from=(
-            None if moved is None else _parting(plain, moved, tolerance * largest, tolerance)
-        ),
-        model_force_rms=_rms(model_force / largest),
-        model_phi_rms=_rms(model_phi),
+        force_rms=_part(rms, 0),
+        force_max=_part(most, 0),
+        phi_rms=_part(rms, 1),
+        phi_max=_part(most, 1),
+        sensitive_from=sensitive,
+        model_force_rms=_part(model, 0),
+        model_phi_rms=_part(model, 1),
         failures=failures,
-        force=force,
-        phi=phi,
+        force=ALL_OF_IT * force,
+        phi=ALL_OF_IT * phi,
     )
 
 
-def _parting(plain: Samples, moved: Samples, force: float, angle: float) -> float | None:
-    """When two runs part by more than a force [N] or an angle [rad]; None if not in the RMS."""
-    by_force, by_phi = _differences(plain, moved)
-    if (_rms(by_force) or 0.0) <= force and (_rms(by_phi) or 0.0) <= angle:
-        return None
-    apart = (np.abs(by_force) > force) | (np.abs(by_phi).max(axis=1) > angle)
-    return float(plain.time[np.argmax(apart)])
-
-
-def _differences(a: Samples, b: Samples) -> tuple[Array, Array]:
-    """Of force and angles, as long as both runs are."""
-    count = min(len(a.time), len(b.time))
-    return a.force[:count] - b.force[:count], a.phi[:count] - b.phi[:count]
-
-
-def _rms(values: Array) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else None
-
-
-def _max(values: Array) -> float | None:
-    return float(np.abs(values).max()) if len(values) else None
+def _part(figures: Array | None, i: int) -> float | None:
+    return None if figures is None else float(figures[i])
 
 
 def _samples(trace: Trace, kept: slice) -> Samples:
     angles = np.column_stack([trace.phi_right, trace.phi_left])
     return Samples(trace.time[kept], trace.actuator_force[kept], angles[kept])
-
-
-def _joined(parts: list[Samples]) -> Samples:
-    return Samples(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

@@ -225,7 +225,7 @@ class Simulation:
             exclusive=True,
         )
         motion = follow(velocity, self.time, self.travel, duration)
-        companions = Companions(self) if verify else None
+        companions = Companions(self, series=True) if verify else None
         trace = self.advance_along(motion, sample_period)
         if companions is not None:
             companions.advance_along(motion, trace)

@@ -13,15 +13,35 @@ from hma_gripper_sim import Circle, GripperDesign, RoundedBox, Scene, Simulation
 from hma_gripper_sim.error_estimate import (
     TIGHTER,
     Companions,
+    ErrorEstimate,
     Samples,
-    estimate_error,
+    Spread,
     refined_scene,
 )
+from hma_gripper_sim.error_estimate import estimate_error as from_spreads
 from hma_gripper_sim.motion import follow
 from hma_gripper_sim.outcome import Outcome, SimulationError
 
 TIME = np.linspace(0.0, 1.0, 101)
 EXACT = Samples(TIME, 2.0 * np.sin(5.0 * TIME), np.column_stack([TIME, -TIME]))
+
+
+def estimate_error(
+    plain: Samples,
+    tighter: Samples | None = None,
+    moved: Samples | None = None,
+    refined: Samples | None = None,
+    failures: tuple[str, ...] = (),
+) -> ErrorEstimate:
+    """Of a run and its companions, added up in two parts; a thousandth was asked."""
+    spreads = {}
+    for name, other in (("tighter", tighter), ("moved", moved), ("refined", refined)):
+        spreads[name] = Spread(series=True)
+        base = tighter if name == "refined" and tighter is not None else plain
+        for part in (slice(0, 40), slice(40, None)):
+            if other is not None:
+                spreads[name].add(*(Samples(*(s[part] for s in run)) for run in (base, other)))
+    return from_spreads(spreads, np.abs(plain.force).max(), 1e-3, failures)
 
 
 def off(force: float, angle: float, since: float = 0.0) -> Samples:
@@ -33,7 +53,7 @@ def off(force: float, angle: float, since: float = 0.0) -> Samples:
 
 def test_an_error_proportional_to_the_tolerance_is_found_exactly() -> None:
     """All of it, although the tighter run has a part of it, too."""
-    error = estimate_error(off(1e-3, 1e-4), off(1e-3 / TIGHTER, 1e-4 / TIGHTER), None, None, 1e-3)
+    error = estimate_error(off(1e-3, 1e-4), off(1e-3 / TIGHTER, 1e-4 / TIGHTER))
     wave = np.cos(40.0 * TIME)
     rms, largest = math.sqrt(np.mean(wave**2)), np.abs(EXACT.force + 1e-3 * wave).max()
     assert error.force_rms == pytest.approx(1e-3 * rms / largest)
@@ -52,13 +72,13 @@ def test_a_moved_run_that_parts_is_sensitive_from_there() -> None:
         (off(0.0, 2e-3, since=0.3), 0.3),
         (off(1e-3, 5e-4), None),
     ):
-        error = estimate_error(EXACT, EXACT, moved, None, 1e-3)
+        error = estimate_error(EXACT, EXACT, moved)
         assert error.sensitive_from == (None if since is None else pytest.approx(since, abs=0.05))
 
 
 def test_the_model_is_compared_without_the_error_of_the_stepping() -> None:
     """The refined run with the tighter one: what both have of the stepping's error is small."""
-    error = estimate_error(off(1e-1, 0.0), EXACT, None, off(1e-3, 1e-4), 1e-3)
+    error = estimate_error(off(1e-1, 0.0), EXACT, refined=off(1e-3, 1e-4))
     rms = math.sqrt(np.mean(np.cos(40.0 * TIME) ** 2))
     largest = np.abs(off(1e-1, 0.0).force).max()
     assert error.model_force_rms == pytest.approx(1e-3 * rms / largest)
@@ -67,11 +87,11 @@ def test_the_model_is_compared_without_the_error_of_the_stepping() -> None:
 
 def test_a_tighter_run_that_ended_early_counts_as_far_as_it_came() -> None:
     half = Samples(TIME[:50], EXACT.force[:50], EXACT.phi[:50])
-    error = estimate_error(off(1e-3, 0.0, since=0.6), half, None, None, 1e-3, ("ended",))
+    error = estimate_error(off(1e-3, 0.0, since=0.6), half, failures=("ended",))
     assert error.force_rms == 0.0
     assert error.force.shape == (50,)
     assert error.failures == ("ended",)
-    nothing = estimate_error(EXACT, None, None, None, 1e-3, ("ended",))
+    nothing = estimate_error(EXACT, failures=("ended",))
     assert (nothing.force_rms, nothing.force_max, nothing.phi_rms) == (None, None, None)
     assert "unknown" in str(nothing)
 
@@ -164,7 +184,7 @@ def test_parts_of_a_run_give_the_estimate_of_the_whole(design: GripperDesign) ->
     scene = Scene(design, Circle(0.015), discretisation="gauss")
     whole = simulate(scene, 0.01, 2.0, verify=True).error_estimate
     simulation = Simulation(scene)
-    companions = Companions(simulation)
+    companions = Companions(simulation, series=True)
     for kept in (slice(0, None), slice(1, None)):
         motion = follow(0.01, simulation.time, simulation.travel, 1.0)
         companions.advance_along(motion, simulation.advance_along(motion, 0.001), kept)

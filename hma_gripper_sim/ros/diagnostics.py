@@ -24,6 +24,9 @@ OK, WARN, ERROR, STALE = (
 SLOW = 0.95
 """Share of the wanted real-time factor below which the node warns."""
 
+FINDINGS = ("unmodelled contact", "penetration", "sampled contour", "discretisation")
+"""What is looked for at the moment of a report, as `validity.Finding` names it."""
+
 
 class Pace:
     """What the ticks since the last report took.
@@ -199,10 +202,11 @@ class Diagnostics:
         level, message = OK, "within what the model describes"
         if validity and validity[0].severity is not Severity.NOTE:
             level, message = WARN, validity[0].message
-        values: dict[str, str] = {}
-        for finding in validity:
-            key = finding.name.replace("_", " ")
-            values[key] = "; ".join(filter(None, [values.get(key), finding.message]))
+        values = {
+            name: "; ".join(f.message for f in validity if f.name.replace("_", " ") == name)
+            or "none"
+            for name in FINDINGS
+        }
         return self._status("validity", level, message, values)
 
     def _status(

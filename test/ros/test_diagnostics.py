@@ -125,4 +125,5 @@ def test_validity_warns_of_the_worst_and_names_all(diagnostics):
         "penetration": "2 mm deep",
         "unmodelled contact": "left; right",
         "discretisation": "a coarse one",
+        "sampled contour": "none",
     }

@@ -119,7 +119,7 @@ of `real_time_factor` | `real-time factor`, `overruns`, `ticks per second`, \
 `linear limit [Pa]` |
 | `hma_gripper_sim: validity` | Warn: at this moment a part touches that the contact model leaves \
 out, or a tip sinks in by more than a tenth of its radius; the object can pass between sampled \
-points | of what is found, `unmodelled contact`, `penetration`, `sampled contour`, \
+points | `unmodelled contact`, `penetration`, `sampled contour`, \
 `discretisation` |
 """
 
