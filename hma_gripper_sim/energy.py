@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import Scene
 
@@ -62,12 +63,7 @@ def energy_balance(
     """Balance a run of both halves (of which one may be the mirror image of the other)."""
     chain, middle = scene.half.chain, scene.half.middle_mass
     end = min(float(record.time[-1]) for record in records)
-    segment = np.clip(np.searchsorted(motion.time, [motion.time[0], end]) - 1, 0, None)
-    dt = np.array([motion.time[0], end]) - motion.time[segment]
-    speed = motion.velocity[segment] + motion.acceleration[segment] * dt
-    travel = motion.travel[segment] + dt * (
-        motion.velocity[segment] + 0.5 * motion.acceleration[segment] * dt
-    )
+    travel, speed, _ = evaluate(motion, np.array([motion.time[0], end]), before=True)
     middle_kinetic = 0.5 * middle * float(speed[1] ** 2 - speed[0] ** 2)
     middle_gravity = middle * scene.gravity * float(travel[1] - travel[0])
     actuator = middle_kinetic - middle_gravity
@@ -96,14 +92,14 @@ def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float
     A jump changes every body's velocity by as much as the base's, and joint angles and rates not
     at all: the work is the change of kinetic energy.  A step ends at each jump.
     """
-    length = motion.time[1:-1] - motion.time[:-2]
-    before = motion.velocity[:-1] + motion.acceleration[:-1] * length
-    after = motion.velocity[1:]
-    jumps = np.flatnonzero((before != after) & motion.jump[1:] & (motion.time[1:-1] < end))
-    rows = np.searchsorted(record.time, motion.time[1:-1][jumps])
+    time = motion.time[1:-1]
+    time = time[motion.jump[1:] & (time < end)]
+    _, before, _ = evaluate(motion, time, before=True)
+    _, after, _ = evaluate(motion, time)
+    rows = np.searchsorted(record.time, time)
     q, v = record.q[rows], record.v[rows]
-    _, energy_before = _height_and_motion(scene, q, v, before[jumps])
-    _, energy_after = _height_and_motion(scene, q, v, after[jumps])
+    _, energy_before = _height_and_motion(scene, q, v, before)
+    _, energy_after = _height_and_motion(scene, q, v, after)
     return float(np.sum(energy_after - energy_before))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.stage import Model, Work, allocate, solve_stage
@@ -15,6 +14,7 @@ Array = NDArray[np.float64]
 
 ACCURACY = 1e-14  # rad
 FIRST_STEP = 1e-4  # s
+WEIGHTLESS = 1e-6  # of what bends the beams: the least force that counts where nothing weighs
 LOAD_INCREMENTS = (1, 10, 100)  # of gravity, tried in this order until the start pose is found
 
 
@@ -43,7 +43,8 @@ def start_state(model: Model) -> HalfState:
         margin,
         drift,
     )
-    scale = max(abs(load), _bending_force(model.chain))
+    weight = float(model.chain.mass.sum()) * model.gravity
+    scale = max(abs(load), weight, WEIGHTLESS * model.bending)
     return HalfState(
         clock=np.array([0.0, FIRST_STEP, scale, 0.0]),
         q=q,
@@ -93,9 +94,3 @@ def _settle(model: Model, increments: int, work: Work, q: Array, v: Array, a: Ar
             return False
         work.tip.wrench[:] = work.contact.wrench
     return True
-
-
-def _bending_force(chain: Chain) -> float:
-    """Force across the end of a straight chain that bends it by about two radians [N]."""
-    length = float(np.hypot(chain.link[:, 0], chain.link[:, 1]).sum())
-    return 2.0 / (float((1.0 / chain.stiffness).sum()) * length)

@@ -26,7 +26,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.integrator import COARSEST, Motion
+from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.kernels.integrator import COARSEST
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.scene import Scene
 

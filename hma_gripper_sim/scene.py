@@ -16,6 +16,7 @@ from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.discretisation import DISCRETISATIONS, HalfGripper, discretise
 from hma_gripper_sim.equilibrium import start_state
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.contact import ContactLaw, Fingertip
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
@@ -235,6 +236,7 @@ class Scene:
                 self._obstacle(side, self.object_position),
                 law,
                 self.gravity,
+                _bending_force(self.half.chain),
             )
             for side in SIDES
         )
@@ -323,6 +325,12 @@ class Scene:
                     return float(brentq(gap, height - 1e-7, beyond, xtol=1e-15))
             height += max(free, 1e-7)
         return float(start)
+
+
+def _bending_force(chain: Chain) -> float:
+    """Force across the end of a straight chain that bends it by about two radians [N]."""
+    length = float(np.hypot(chain.link[:, 0], chain.link[:, 1]).sum())
+    return 2.0 / (float((1.0 / chain.stiffness).sum()) * length)
 
 
 def _rotate(vectors: Array, angle: float) -> Array:

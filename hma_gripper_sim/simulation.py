@@ -6,6 +6,7 @@ import copy
 import math
 import time as clock
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,19 +16,19 @@ from hma_gripper_sim.contact_warnings import PenetrationWarning, is_deep
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.error_estimate import Companions
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.integrator import (
     DONE,
     FULL,
     NOT_FINITE,
     HalfState,
-    Motion,
     Record,
     integrate,
     step_work,
 )
 from hma_gripper_sim.kernels.stage import Model, allocate
-from hma_gripper_sim.motion import Velocity, follow, ramp
+from hma_gripper_sim.motion import Velocity, evaluate, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.record import HalfRecord
@@ -88,7 +89,8 @@ class Half:
     def __init__(self, model: Model, state: HalfState) -> None:
         self.model = model
         self.work = allocate(model)
-        self.scratch = step_work(model.chain.rest.size, len(self.work.contact.normal_force))
+        points, candidates = len(model.fingertip.points), len(self.work.contact.normal_force)
+        self.scratch = step_work(model.chain.rest.size, points, candidates)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
     def advance(
@@ -184,19 +186,22 @@ class Simulation:
                 reached = float(half.state.clock[0])
                 self.restore(before)
                 raise SimulationError(outcome, reached)
-        self._arrive(motion, velocity)
+        self._arrive(motion)
+        self.velocity = velocity  # without the rounding of the ramp
 
     def advance(
         self,
         duration: float,
         velocity: Velocity,
         sample_period: float = 0.001,
+        breakpoints: Sequence[float] | None = None,
         *,
         verify: bool = False,
     ) -> Trace:
-        """Advance by `duration` [s] at a velocity [m/s] that may be a function of time.
+        """Advance by `duration` [s] at a velocity, which may be a function of time.
 
-        The velocity is applied as it is, jumps included.  On a failure the trace ends where
+        The velocity is applied as it is, jumps included; `simulate` says in which forms it can
+        be given, and what `breakpoints` are.  On a failure the trace ends where
         the solver did, its statistics name the outcome, a `RuntimeWarning` repeats it, and
         the simulation stays where it was before the call.
 
@@ -224,7 +229,7 @@ class Simulation:
             minimum=0.0,
             exclusive=True,
         )
-        motion = follow(velocity, self.time, self.travel, duration)
+        motion = follow(velocity, self.time, self.travel, duration, breakpoints)
         companions = Companions(self, series=True) if verify else None
         trace = self.advance_along(motion, sample_period)
         if companions is not None:
@@ -269,9 +274,7 @@ class Simulation:
         stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
         trace = Trace(self._scene, motion, records, sample_period, stats)
         if stats.converged:
-            last = len(motion.velocity) - 1
-            length = motion.time[last + 1] - motion.time[last]
-            self._arrive(motion, float(motion.velocity[last] + motion.acceleration[last] * length))
+            self._arrive(motion)
         else:
             self.restore(before)
         return trace
@@ -419,11 +422,11 @@ class Simulation:
         counts = (half.state.counts.tolist() for half in self._halves)
         return [sum(count) for count in zip(*counts, strict=True)]
 
-    def _arrive(self, motion: Motion, velocity: float) -> None:
+    def _arrive(self, motion: Motion) -> None:
         self.time = float(motion.time[-1])
         self.travel = float(motion.travel[-1])
-        self.velocity = velocity
-        self._acceleration = float(motion.acceleration[-1])
+        _, velocity, acceleration = evaluate(motion, motion.time[-1])
+        self.velocity, self._acceleration = float(velocity), float(acceleration)
 
 
 def simulate(
@@ -432,6 +435,7 @@ def simulate(
     duration: float,
     tolerance: float | None = None,
     sample_period: float = 0.001,
+    breakpoints: Sequence[float] | None = None,
     *,
     verify: bool = False,
 ) -> Trace:
@@ -442,14 +446,19 @@ def simulate(
     scene
         What is simulated.
     velocity
-        Of the prismatic joint, positive towards the object [m/s]: a number or a function of
-        time, which may jump and is applied as it is.
+        Of the prismatic joint, positive towards the object; applied as it is, jumps included.
+        A number [m/s]; segments of constant velocity, as pairs of a duration [s] and a velocity
+        [m/s]; a `scipy.interpolate.PPoly` of time; or a function of time [s], which should do
+        nothing that lasts shorter than 2 ms: it is called that often.
     duration
         [s]
     tolerance
         See `Simulation`.
     sample_period
         Of the trace [s].
+    breakpoints
+        Times [s] at which a velocity that is a function jumps or has a kink, all of them; its
+        values there do not matter. None: they are looked for.
     verify
         Estimate the error of the run: `Trace.error_estimate`.  It takes up to five times as long
         on top.
@@ -462,7 +471,7 @@ def simulate(
         There is no static equilibrium.
     """
     simulation = Simulation(scene, tolerance)
-    return simulation.advance(duration, velocity, sample_period, verify=verify)
+    return simulation.advance(duration, velocity, sample_period, breakpoints, verify=verify)
 
 
 def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> float:

@@ -14,10 +14,11 @@ from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.discretisation import HalfGripper
 from hma_gripper_sim.energy import EnergyBalance, energy_balance
 from hma_gripper_sim.error_estimate import ErrorEstimate
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_load
-from hma_gripper_sim.kernels.integrator import Motion
 from hma_gripper_sim.kernels.penetration import deepest_penetration
+from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.observation import Observed, observe
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
@@ -74,29 +75,27 @@ class Trace:
         self.time: Array = start + sample_period * np.arange(count)
 
     @cached_property
-    def _segment(self) -> NDArray[np.intp]:
-        """Segment of the motion that each sample lies on."""
-        segment = np.searchsorted(self._motion.time, self.time, side="right") - 1
-        return np.clip(segment, 0, len(self._motion.velocity) - 1)
+    def _base(self) -> tuple[Array, Array, Array]:
+        """Travel, velocity and acceleration at the samples."""
+        return evaluate(self._motion, self.time)
 
-    @cached_property
+    @property
     def travel(self) -> Array:
         """Of the prismatic joint, positive towards the object [m], shape (n_samples,)."""
-        return travel_at(self._motion, self.time)
+        return self._base[0]
 
-    @cached_property
+    @property
     def velocity(self) -> Array:
         """Of the prismatic joint, positive towards the object [m/s], shape (n_samples,)."""
-        i, m = self._segment, self._motion
-        return np.asarray(m.velocity[i] + m.acceleration[i] * (self.time - m.time[i]))
+        return self._base[1]
 
     @cached_property
     def actuator_force(self) -> Array:
         """Positive when the actuator pushes towards the object [N], shape (n_samples,)."""
         half, motion = self.scene.half, self._motion
         force = np.full(len(self.time), -half.middle_mass * self.scene.gravity)
-        if motion.acceleration.any():
-            force += half.middle_mass * motion.acceleration[self._segment]
+        if motion.velocity.shape[1] > 1:  # else its acceleration is 0
+            force += half.middle_mass * self._base[2]
         for record in (self._right, self._left):
             add_load(self.time, record.time, record.load, force)
         return force
@@ -205,7 +204,7 @@ class Trace:
     def _penetration(self) -> tuple[float, float]:
         deepest, time = 0.0, float(self.time[0])
         for model, record in zip(self.scene.models, self._records, strict=False):
-            travel = travel_at(self._motion, record.time)
+            travel = evaluate(self._motion, record.time)[0]
             depth, row = deepest_penetration(
                 model.chain, model.fingertip, model.obstacle, travel, record.q, record.wrench
             )
@@ -236,15 +235,6 @@ class Trace:
 
     def _record(self, side: str) -> HalfRecord:
         return self._right if choice(side, SIDES, field="side") == "right" else self._left
-
-
-def travel_at(motion: Motion, time: Array) -> Array:
-    """Travel of a motion at times within it [m], shape (k,)."""
-    segment = np.searchsorted(motion.time, time, side="right") - 1
-    segment = np.clip(segment, 0, len(motion.velocity) - 1)
-    dt = time - motion.time[segment]
-    rate = motion.velocity[segment] + 0.5 * motion.acceleration[segment] * dt
-    return np.asarray(motion.travel[segment] + dt * rate)
 
 
 def beam_tangent(half: HalfGripper, q: Array) -> Array:
@@ -297,7 +287,7 @@ def _recorded(motion: Motion, records: list[HalfRecord]) -> list[Recorded]:
     recorded = []
     for record, other in zip(records, reversed(records), strict=True):
         angles = record.q if other is record else _linear(record.time, other.time, other.q)
-        travel = travel_at(motion, record.time)
+        travel = evaluate(motion, record.time)[0]
         recorded.append(Recorded(record.time, travel, record.q, angles))
     return recorded
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
-from hma_gripper_sim.kernels.integrator import Motion
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.motion import part_of
 from hma_gripper_sim.outcome import SimulationError
@@ -188,7 +188,7 @@ def _stated_motion(experiment: Experiment) -> Motion:
     points = np.array(experiment.way_points)
     velocity = np.array([segment.velocity for segment in experiment.motion])
     jump = np.ones(len(velocity), dtype=np.bool_)
-    motion = Motion(points[:, 0], points[:, 1], velocity, np.zeros_like(velocity), jump)
+    motion = Motion(points[:, 0].copy(), points[:, 1].copy(), velocity[:, None], jump)
     last = max(measurement.time for measurement in experiment.measurements)
     return part_of(motion, 0.0, last) if last > 0.0 else motion
 

@@ -207,6 +207,30 @@ def place(
 
 
 @kernel
+def tip_pose(chain: Chain, height: float, q: Array, pose: Array) -> None:
+    """Place the last joint and body for joint angles `q` and the height of the base."""
+    cos, sin = 1.0, 0.0
+    x, z, angle = chain.root[0], height + chain.root[1], 0.0
+    last = q.size - 1
+    for i in range(q.size):
+        angle += chain.rest[i] + q[i]
+        if chain.straightening[i] > 0.0:
+            turn_cos, turn_sin = rotation(chain.rest[i] + 0.5 * q[i])
+            tx, tz = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
+            slid = chain.straightening[i] * q[i] * q[i]
+            x += slid * tx
+            z += slid * tz
+        turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
+        cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
+        if i < last:
+            x += cos * chain.link[i, 0] - sin * chain.link[i, 1]
+            z += sin * chain.link[i, 0] + cos * chain.link[i, 1]
+    pose[0] = x
+    pose[1] = z
+    pose[2] = angle
+
+
+@kernel
 def eliminate(
     chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse
 ) -> bool:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     OPEN,
@@ -23,6 +24,12 @@ from hma_gripper_sim.kernels.contact import (
     copy_modes,
     force_noise,
     measure_gaps,
+)
+from hma_gripper_sim.kernels.hidden_events import (
+    PassageWork,
+    first_dip,
+    first_hidden_touch,
+    passage_work,
 )
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
@@ -36,30 +43,19 @@ RESTART, RESTART_TRAVEL = 1e-3, 1e-6  # s, m; first step after a jump or a touch
 LANDING = 1.0 - 1e-4  # of the time to a touch: the step that ends just before it
 
 # Error that one step may add at a tolerance of 1: angles of bodies, and the deviation of the
-# force from a straight line relative to the largest force.  A deviation that lasts shorter
-# than the resolution counts in proportion, so that a jump of the force is not chased.  But
-# errors of steps that follow each other within the memory add up, as in a stick-slip
-# vibration: beyond a number of such steps (the crowding) each counts in proportion to them.
-COARSEST = 2e-2  # tolerances above this are taken as this: their steps would miss contacts
-ANGLE = 0.5  # rad
-FORCE = 0.5
-FORCE_TIME = 2e-3  # s
-FORCE_TRAVEL = 8e-6  # m of the base
+# force from a straight line, relative to the largest force so far.  The tolerance bounds the
+# root mean square of the force's error, to which a step contributes the square of its own times
+# its length: one that is short beside the mean step of the last while (the memory) may deviate
+# more, so that a jump of the force is not chased.
+COARSEST = 2e-2  # tolerances above this are taken as this
+ANGLE = 0.1  # rad
+FORCE = 0.1
 MEMORY = 0.1  # s
-CROWD = 20.0
+FLEETING = 1e-7  # s; the force within a step no longer than this is not judged: it may jump
 NOISE = 10.0  # of the contact force by rounding: less is no error of the step
+DIP = 1e-3  # of a contact's margin; a smaller dip below zero within a step is none
 
 DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
-
-
-class Motion(NamedTuple):
-    """Prescribed motion of the base: velocity linear on each segment, with jumps between."""
-
-    time: Array  # start of each segment and end of the last [s], shape (m + 1,)
-    travel: Array  # at these times [m], shape (m + 1,)
-    velocity: Array  # at the start of each segment [m/s], shape (m,)
-    acceleration: Array  # on each segment [m/s^2], shape (m,)
-    jump: NDArray[np.bool_]  # velocity or acceleration jump at the segment's start, shape (m,)
 
 
 class HalfState(NamedTuple):
@@ -105,10 +101,11 @@ class StepWork(NamedTuple):
     twist: Array  # of the tip at the end [m/s, m/s, rad/s], shape (3,)
     modes: ContactModes  # at the inner stage
     margin: Array  # at both stages, shape (2, k, 2)
+    passage: PassageWork
 
 
-def step_work(n: int, candidates: int) -> StepWork:
-    """Allocate the stage vectors for `n` joints and a number of contact candidates."""
+def step_work(n: int, points: int, candidates: int) -> StepWork:
+    """Allocate the stage vectors for `n` joints, points of the tip and contact candidates."""
     q0, v0, q, v, a, v1, a1 = np.zeros((7, n))
     return StepWork(
         q0,
@@ -123,20 +120,8 @@ def step_work(n: int, candidates: int) -> StepWork:
         np.zeros(3),
         contact_modes(candidates),
         np.zeros((2, candidates, 2)),
+        passage_work(n, points, candidates),
     )
-
-
-@kernel
-def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
-    """Height, velocity and acceleration of the base at time `t` of a segment onwards."""
-    last = motion.velocity.size - 1
-    while segment < last and t > motion.time[segment + 1]:
-        segment += 1
-    dt = t - motion.time[segment]
-    velocity, acceleration = motion.velocity[segment], motion.acceleration[segment]
-    base[0] = -(motion.travel[segment] + dt * (velocity + 0.5 * acceleration * dt))
-    base[1] = -(velocity + acceleration * dt)
-    base[2] = -acceleration
 
 
 @kernel
@@ -222,7 +207,7 @@ def integrate(
     """
     n = state.q.size
     end = motion.time[-1]
-    segments = motion.velocity.size
+    segments = motion.jump.size
     segment, jump = 0, 0
     while state.clock[0] < end:
         t = state.clock[0]
@@ -237,7 +222,8 @@ def integrate(
         stop = motion.time[jump]
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
-            state.clock[1] = min(state.clock[1], restart_step(motion.velocity[segment]))
+            base_motion(motion, segment, t, work.base)
+            state.clock[1] = min(state.clock[1], restart_step(work.base[1]))
         h = min(state.clock[1], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t
@@ -247,12 +233,21 @@ def integrate(
                 return STUCK, filled
             error = _try_step(model, motion, tolerance, segment, fresh, t, h, state, work, scratch)
             if error <= 1.0:
-                break
+                event = _hidden_event(
+                    model, motion, tolerance, segment, fresh, t, h, state, work, scratch
+                )
+                if event >= h:
+                    break
+                state.counts[1] += 1
+                h, landed = event, True
+                continue
             state.counts[1] += 1
             shorter = h * (max(SHRINK, SAFETY / np.sqrt(error)) if np.isfinite(error) else SHRINK)
-            event = LANDING * time_to_event(h, state, work, scratch)
-            if not landed and 0.1 * shorter < event < h:
-                h, landed = event, True
+            event = time_to_event(h, state, work, scratch)
+            if event < FLEETING < h:
+                h, landed = FLEETING, False
+            elif not landed and 0.1 * shorter < LANDING * event < h:
+                h, landed = LANDING * event, True
             else:
                 h, landed = shorter, False
         for i in range(n):
@@ -268,6 +263,54 @@ def integrate(
         _write(state, scratch, record, filled)
         filled += 1
     return DONE, filled
+
+
+@kernel
+def _hidden_event(
+    model: Model,
+    motion: Motion,
+    tolerance: float,
+    segment: int,
+    fresh: bool,
+    t: float,
+    h: float,
+    state: HalfState,
+    work: Work,
+    scratch: StepWork,
+) -> float:
+    """Time into the trial step of the first event that neither stage shows [s], or infinity."""
+    before, inside, after = state.modes, scratch.modes, work.contact.modes
+    first = first_hidden_touch(
+        model.chain,
+        model.fingertip,
+        model.obstacle,
+        motion,
+        segment,
+        t,
+        h,
+        state.q,
+        state.v,
+        scratch.q,
+        scratch.v,
+        before,
+        inside,
+        after,
+        min(tolerance, COARSEST) * state.clock[2] / model.law.stiffness,
+        scratch.passage,
+    )
+    if fresh:  # margins before a jump say nothing about this step
+        return first
+    for k in range(before.normal.size):
+        if before.normal[k] == OPEN:
+            continue
+        if not _same_modes(before, inside, k) or not _same_modes(before, after, k):
+            continue
+        for event in range(2):
+            start = state.margin[k, event]
+            middle, end = scratch.margin[0, k, event], scratch.margin[1, k, event]
+            low = -DIP * max(start, middle, end)
+            first = min(first, first_dip(h, GAMMA * h, start, middle, end, low))
+    return first
 
 
 @kernel
@@ -379,12 +422,11 @@ def _try_step(
         outer += GAMMA * h * (scratch.v[i] - scratch.v1[i])
         angle = max(angle, abs(inner), abs(outer))
     inner_load, outer_load = scratch.load[0], scratch.load[1]
-    error = angle / (ANGLE * tolerance)
-    if not fresh:  # the force before a jump says nothing about this step
+    scale = max(state.clock[2], abs(outer_load))
+    error = angle / (ANGLE * tolerance * min(1.0, scale / model.bending))
+    if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
         defect = max(0.0, defect - NOISE * force_noise(model.law, s))
-        scale = max(state.clock[2], abs(outer_load))
-        resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(work.base[1])))
-        weight = min(1.0, h / resolution) * max(1.0, _crowding(state, h) / CROWD)
-        error = max(error, defect / (FORCE * tolerance * scale) * weight)
+        weight = np.sqrt(h * _crowding(state, h) / MEMORY)
+        error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, weight))
     return error

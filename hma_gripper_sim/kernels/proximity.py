@@ -62,6 +62,15 @@ def point_distance(obstacle: Obstacle, x: float, z: float) -> tuple[float, float
 
 
 @kernel
+def support(obstacle: Obstacle, nx: float, nz: float) -> float:
+    """How far the core reaches along a direction [m]."""
+    reach = -np.inf
+    for i in range(obstacle.vertices.shape[0]):
+        reach = max(reach, nx * obstacle.vertices[i, 0] + nz * obstacle.vertices[i, 1])
+    return reach
+
+
+@kernel
 def is_outside(obstacle: Obstacle, x: float, z: float) -> bool:
     """Whether a point is seen at a glance to be outside; False leaves it open."""
     vertices, normals = obstacle.vertices, obstacle.normals

@@ -42,6 +42,7 @@ class Model(NamedTuple):
     obstacle: Obstacle
     law: ContactLaw
     gravity: float  # m/s^2
+    bending: float  # force across the end that would bend the straight chain by two radians [N]
 
 
 class Work(NamedTuple):

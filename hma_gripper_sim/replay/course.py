@@ -11,8 +11,8 @@ import numpy as np
 from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Segment
+from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
-from hma_gripper_sim.kernels.integrator import Motion
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.motion import of_ticks, through_points
 

@@ -10,8 +10,8 @@ import pytest
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
-from hma_gripper_sim.kernels.integrator import GAMMA, base_motion, time_to_event
-from hma_gripper_sim.motion import follow, ramp
+from hma_gripper_sim.kernels.integrator import GAMMA, time_to_event
+from hma_gripper_sim.motion import follow
 from hma_gripper_sim.simulation import Half
 
 
@@ -55,15 +55,6 @@ def test_steps_grow_where_nothing_happens(design: GripperDesign) -> None:
     trace = simulation.advance(100.0, 0.001, 1.0)
     assert trace.stats.converged
     assert trace.stats.steps < 60
-
-
-def test_base_motion_follows_the_table() -> None:
-    """Height, velocity and acceleration of the base are minus those of the travel."""
-    base = np.empty(3)
-    motion = ramp(1.0, 0.002, 0.5, 0.004, -0.002, True)
-    base_motion(motion, 0, 1.25, base)
-    travel = 0.002 + 0.25 * (0.004 - 0.5 * 0.012 * 0.25)
-    np.testing.assert_allclose(base, [-travel, -(0.004 - 0.012 * 0.25), 0.012], rtol=1e-12)
 
 
 def test_a_jump_is_taken_at_its_time(design: GripperDesign) -> None:

@@ -1,0 +1,259 @@
+"""Events between the ends of a step: touches and changes of friction that both ends conceal.
+
+Between its ends a step's joint angles are cubic Hermite polynomials.  With their Bernstein
+coefficients every point of the tip has a bound on its acceleration, so that along any fixed
+direction it stays within ``bound (b - a)^2 / 8`` of the straight line between its places at a
+and b.  A half-plane that holds the object and is clear of the point at both ends by more than
+that proves that nothing was touched between them; where it proves nothing, the interval is
+halved.  Passing close by an object is cheap, since only motion towards it counts.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.base_motion import Motion, acceleration_bound, base_motion
+from hma_gripper_sim.kernels.chain import Chain, tip_pose
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import OPEN, ContactModes, Fingertip
+from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance, support
+
+Array = NDArray[np.float64]
+
+SHORTEST = 1e-9  # s; intervals are not divided further
+CLOSE = 1e-3  # how exactly a touch is timed, relative to its time
+
+
+class Placed(NamedTuple):
+    """Tip at one instant, with a half-plane for each contact candidate that holds the object."""
+
+    points: Array  # of the tip, world frame [m], shape (p, 2)
+    normal: Array  # outward normal of the half-plane, shape (k, 2)
+    edge: Array  # the object reaches that far along it [m], shape (k,)
+    gap: Array  # [m], shape (k,)
+
+
+class PassageWork(NamedTuple):
+    """Scratch of the search."""
+
+    q: Array  # shape (n,)
+    pose: Array  # shape (3,)
+    base: Array  # shape (3,)
+    start: Placed
+    end: Placed
+    floor: Array  # gap of each candidate from which on it counts as touching [m], shape (k,)
+
+
+def passage_work(n: int, points: int, candidates: int) -> PassageWork:
+    """Allocate the scratch for `n` joints, points of the tip and contact candidates."""
+    start, end = (
+        Placed(
+            np.zeros((points, 2)),
+            np.zeros((candidates, 2)),
+            np.zeros(candidates),
+            np.zeros(candidates),
+        )
+        for _ in range(2)
+    )
+    return PassageWork(np.zeros(n), np.zeros(3), np.zeros(3), start, end, np.zeros(candidates))
+
+
+@kernel
+def tip_acceleration(
+    chain: Chain, fingertip: Fingertip, h: float, q0: Array, v0: Array, q1: Array, v1: Array
+) -> float:
+    """Bound on the acceleration of the tip's points relative to the base in a step [m/s^2].
+
+    Of the Hermite polynomials from (`q0`, `v0`) to (`q1`, `v1`): rates and accelerations are
+    between their Bernstein coefficients.
+    """
+    n = q0.size
+    first, middle, last = 0.0, 0.0, 0.0
+    bound = 0.0
+    for i in range(n):
+        between = 3.0 * (q1[i] - q0[i]) / h - v0[i] - v1[i]
+        before = max(abs(first), abs(middle), abs(last))
+        turned = 2.0 * max(abs(middle - first), abs(last - middle)) / h
+        first += v0[i]
+        middle += between
+        last += v1[i]
+        rate = max(abs(first), abs(middle), abs(last))
+        gain = 2.0 * max(abs(middle - first), abs(last - middle)) / h
+        if i < n - 1:
+            length = np.sqrt(chain.link[i, 0] ** 2 + chain.link[i, 1] ** 2)
+        else:
+            length = 0.0
+            for k in range(fingertip.points.shape[0]):
+                reach = fingertip.points[k, 0] ** 2 + fingertip.points[k, 1] ** 2
+                length = max(length, np.sqrt(reach))
+        bound += length * (gain + rate * rate)
+        if chain.straightening[i] > 0.0:
+            swing = max(abs(v0[i]), abs(between), abs(v1[i]))
+            jerk = 2.0 * max(abs(between - v0[i]), abs(v1[i] - between)) / h
+            angle = max(abs(q0[i]), abs(q1[i])) + h * swing
+            rate, gain = max(rate, before), max(gain, turned)
+            slide = angle * angle * (gain + rate * rate)
+            slide += 4.0 * angle * swing * rate + 2.0 * (swing * swing + angle * jerk)
+            bound += chain.straightening[i] * slide
+    return bound
+
+
+@kernel
+def _place(
+    chain: Chain,
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    height: float,
+    q: Array,
+    pose: Array,
+    placed: Placed,
+) -> None:
+    """Fill `placed` for the joint angles `q`."""
+    tip_pose(chain, height, q, pose)
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    points = fingertip.points
+    for k in range(points.shape[0]):
+        placed.points[k, 0] = pose[0] + cos * points[k, 0] - sin * points[k, 1]
+        placed.points[k, 1] = pose[1] + sin * points[k, 0] + cos * points[k, 1]
+    for k in range(placed.gap.size):
+        if fingertip.capsule:
+            distance, nx, nz, _, _, _, _, _, _ = segment_distance(
+                obstacle,
+                placed.points[0, 0],
+                placed.points[0, 1],
+                placed.points[1, 0],
+                placed.points[1, 1],
+            )
+        else:
+            distance, nx, nz, _ = point_distance(obstacle, placed.points[k, 0], placed.points[k, 1])
+        placed.normal[k, 0] = nx
+        placed.normal[k, 1] = nz
+        placed.edge[k] = support(obstacle, nx, nz) + obstacle.radius + fingertip.radius
+        placed.gap[k] = distance - obstacle.radius - fingertip.radius
+
+
+@kernel
+def _clearance(fingertip: Fingertip, placed: Placed, halfplane: Placed, k: int) -> float:
+    """How far candidate `k` of `placed` is clear of a half-plane that holds the object [m]."""
+    nx, nz, edge = halfplane.normal[k, 0], halfplane.normal[k, 1], halfplane.edge[k]
+    points = placed.points
+    if not fingertip.capsule:
+        return float(nx * points[k, 0] + nz * points[k, 1] - edge)
+    first = nx * points[0, 0] + nz * points[0, 1]
+    second = nx * points[1, 0] + nz * points[1, 1]
+    return float(min(first, second) - edge)
+
+
+@kernel
+def _copy(source: Placed, target: Placed) -> None:
+    """Copy all of it."""
+    for k in range(source.points.shape[0]):
+        for j in range(2):
+            target.points[k, j] = source.points[k, j]
+    for k in range(source.gap.size):
+        for j in range(2):
+            target.normal[k, j] = source.normal[k, j]
+        target.edge[k] = source.edge[k]
+        target.gap[k] = source.gap[k]
+
+
+@kernel
+def first_hidden_touch(
+    chain: Chain,
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    motion: Motion,
+    segment: int,
+    t: float,
+    h: float,
+    q0: Array,
+    v0: Array,
+    q1: Array,
+    v1: Array,
+    before: ContactModes,
+    inside: ContactModes,
+    after: ContactModes,
+    depth: float,
+    work: PassageWork,
+) -> float:
+    """When in a step from `t` to ``t + h`` an open contact first is deeper than `depth`.
+
+    Looks at contacts that are open at the start, at the inner stage and at the end.  One that
+    overlaps at an end, as after a release, counts where it is deeper than there.
+
+    Returns
+    -------
+    float
+        Time after `t` until which nothing is touched, shortly before something is [s], or
+        infinity.
+    """
+    closed = True
+    for k in range(before.normal.size):
+        closed &= before.normal[k] != OPEN or inside.normal[k] != OPEN or after.normal[k] != OPEN
+    if closed:
+        return np.inf
+    bound = tip_acceleration(chain, fingertip, h, q0, v0, q1, v1)
+    bound += acceleration_bound(motion, segment, t, t + h)
+    a, d = 0.0, h
+    base_motion(motion, segment, t, work.base)
+    _place(chain, fingertip, obstacle, work.base[0], q0, work.pose, work.start)
+    base_motion(motion, segment, t + h, work.base)
+    _place(chain, fingertip, obstacle, work.base[0], q1, work.pose, work.end)
+    for k in range(work.floor.size):
+        work.floor[k] = min(0.0, work.start.gap[k], work.end.gap[k]) - depth
+    while a < h:
+        b = a + d if a + 1.01 * d < h else h
+        share = b / h
+        rise = share * share * (3.0 - 2.0 * share)
+        early, late = share * (1.0 - share) * (1.0 - share), share * share * (share - 1.0)
+        for i in range(q0.size):
+            work.q[i] = q0[i] + rise * (q1[i] - q0[i]) + h * (early * v0[i] + late * v1[i])
+        base_motion(motion, segment, t + b, work.base)
+        _place(chain, fingertip, obstacle, work.base[0], work.q, work.pose, work.end)
+        sag = 0.125 * bound * (b - a) * (b - a)
+        way = 0.0
+        for k in range(work.end.points.shape[0]):
+            dx = work.end.points[k, 0] - work.start.points[k, 0]
+            dz = work.end.points[k, 1] - work.start.points[k, 1]
+            way = max(way, np.sqrt(dx * dx + dz * dz))
+        clear, touched = True, False
+        for k in range(work.floor.size):
+            if before.normal[k] != OPEN or inside.normal[k] != OPEN or after.normal[k] != OPEN:
+                continue
+            low = work.floor[k] + sag
+            near, far = work.start.gap[k], work.end.gap[k]
+            if near >= low and _clearance(fingertip, work.end, work.start, k) >= low:
+                continue
+            if far >= low and _clearance(fingertip, work.start, work.end, k) >= low:
+                continue
+            if 0.5 * (near + far - way) >= low:
+                continue
+            clear = False
+            touched |= far < work.floor[k]
+        if clear or b - a < SHORTEST:
+            a, d = b, 2.0 * (b - a)
+            _copy(work.end, work.start)
+        elif touched and b - a < CLOSE * b:
+            return a
+        else:
+            d = 0.5 * (b - a)
+    return np.inf
+
+
+@kernel
+def first_dip(h: float, inner: float, start: float, middle: float, end: float, low: float) -> float:
+    """When a quadratic through values at 0, `inner` and `h` first falls to zero.
+
+    Counts only a dip below `low` (negative) between positive ends; else infinity.
+    """
+    if start <= 0.0 or end <= 0.0:
+        return np.inf
+    slope = (middle - start) / inner
+    curve = ((end - start) / h - slope) / (h - inner)
+    slope -= curve * inner
+    if curve <= 0.0 or slope >= 0.0 or start - 0.25 * slope * slope / curve >= low:
+        return np.inf
+    return float(2.0 * start / (-slope + np.sqrt(slope * slope - 4.0 * curve * start)))
