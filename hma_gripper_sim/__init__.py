@@ -10,25 +10,32 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hma_gripper_sim.contact_warnings import PenetrationWarning, UnmodelledContactWarning
     from hma_gripper_sim.contour import Circle, Contour, Polygon, RoundedBox
     from hma_gripper_sim.design import GripperDesign, Material, Tip
+    from hma_gripper_sim.error_estimate import ErrorEstimate
     from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
     from hma_gripper_sim.scene import Scene
     from hma_gripper_sim.shipped import config_directory
     from hma_gripper_sim.simulation import Simulation, SimulationState, Snapshot, simulate
-    from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
+    from hma_gripper_sim.trace import Trace
+    from hma_gripper_sim.validity import Finding, Severity
 
 __all__ = [
     "Circle",
     "Contour",
+    "ErrorEstimate",
+    "Finding",
     "GripperDesign",
     "InputError",
     "Material",
     "Outcome",
+    "PenetrationWarning",
     "Polygon",
     "RoundedBox",
     "Scene",
+    "Severity",
     "Simulation",
     "SimulationError",
     "SimulationState",
@@ -42,14 +49,17 @@ __all__ = [
 ]
 
 _MODULES = {
+    "contact_warnings": ("PenetrationWarning", "UnmodelledContactWarning"),
     "contour": ("Circle", "Contour", "Polygon", "RoundedBox"),
     "design": ("GripperDesign", "Material", "Tip"),
+    "error_estimate": ("ErrorEstimate",),
     "errors": ("InputError",),
     "outcome": ("Outcome", "SimulationError", "SolverStats"),
     "scene": ("Scene",),
     "shipped": ("config_directory",),
     "simulation": ("Simulation", "SimulationState", "Snapshot", "simulate"),
-    "trace": ("Trace", "UnmodelledContactWarning"),
+    "trace": ("Trace",),
+    "validity": ("Finding", "Severity"),
 }
 
 

@@ -26,6 +26,7 @@ from hma_gripper_sim.logs.writer import LogWriter
 from hma_gripper_sim.node_process import NodeProcess, private_ros_domain, ros_is_missing
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.replay.parameters import flat, metadata
+from hma_gripper_sim.replay.verifying import verify_log
 from hma_gripper_sim.report import Result, terminal_table, write_report
 
 if TYPE_CHECKING:
@@ -101,6 +102,8 @@ def run_demo(
     write_report(report, results)
     for result in results:
         console.print(terminal_table(result.experiment.title, result.comparisons))
+        for remark in result.remarks:
+            console.print(remark, markup=False, highlight=False, soft_wrap=True)
     passed = all(result.passed for result in results)
     verdict = "every figure is inside its bound" if passed else "figures are outside their bounds"
     console.print(f"{verdict}; report: {report / 'summary.md'}", soft_wrap=True)
@@ -225,7 +228,8 @@ def _evaluate(report: Path, experiment: Experiment, design: GripperDesign) -> Re
     from hma_gripper_sim import plots  # matplotlib is slow to import
 
     log = _log_path(report, experiment)
-    run = align(read_recording(log), experiment, design)
+    recording = read_recording(log)
+    run = align(recording, experiment, design)
     scene = experiment.scene(design)
     times = np.linspace(0.0, experiment.approach, _SNAPSHOTS).tolist()
     stamps = [run.recording.start + round(1e9 * time) for time in times]
@@ -236,7 +240,8 @@ def _evaluate(report: Path, experiment: Experiment, design: GripperDesign) -> Re
     plots.plot_force(force, run, experiment)
     plots.plot_phi(phi, run, experiment)
     plots.plot_snapshots(snapshots, scene, times, poses)
-    return Result(experiment, compare(run, experiment), log, (force, phi, snapshots))
+    remarks = verify_log(log, recording)
+    return Result(experiment, compare(run, experiment), log, (force, phi, snapshots), remarks)
 
 
 def _progress(console: Console) -> Progress:

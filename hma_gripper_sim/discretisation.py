@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Legendre, legendre
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hma_gripper_sim.design import GripperDesign, Point
@@ -145,11 +145,8 @@ def tangent_weights(discretisation: str, elements: int, at: Array) -> Array:
     # Legendre series of the polynomial that is 1 at one joint and 0 at the others, integrated.
     values = legendre.legvander(points, elements - 1)
     series = values * (number + 0.5) * weights[:, None]
-    columns = [
-        Legendre(row).integ(lbnd=-1.0)(2.0 * np.asarray(at) - 1.0) / weight
-        for row, weight in zip(series, weights, strict=True)
-    ]
-    return np.column_stack(columns)
+    integrals = legendre.legint(series, lbnd=-1.0, axis=1)
+    return np.asarray(legendre.legval(2.0 * np.asarray(at) - 1.0, integrals.T).T / weights)
 
 
 def discretise(

@@ -24,11 +24,13 @@ from hma_gripper_sim.kernels.braking import (
     limited_velocity,
     stopping_distance,
 )
+from hma_gripper_sim.observation import observe_instant
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.scene import Scene
 from hma_gripper_sim.simulation import Simulation, SimulationState, Snapshot
 from hma_gripper_sim.trajectory import Spline, Trajectory
+from hma_gripper_sim.validity import Finding, findings
 
 
 class DriveStatus(NamedTuple):
@@ -153,6 +155,12 @@ class Drive:
     def snapshot(self) -> Snapshot:
         """Return everything that the simulation's next tick depends on."""
         return self._simulation.snapshot()
+
+    def validity(self) -> tuple[Finding, ...]:
+        """Return where the present state leaves what the model describes, stress apart."""
+        scene = self._scenes[self._contour]
+        observed = observe_instant(scene, self._simulation.snapshot())
+        return tuple(f for f in findings(scene, observed) if f.name != "no_contact")
 
     def command(self, velocity: float, source: str = "") -> None:
         """Set the velocity to move at [m/s, towards the object], from the next tick on.

@@ -24,7 +24,8 @@ class EnergyBalance:
     Parameters
     ----------
     actuator, gravity
-        Work done on the gripper.
+        Work done on the gripper; the actuator's includes the impulse of every velocity jump
+        after the start.
     kinetic, elastic
         Change of the gripper's kinetic energy and of the energy in its joint springs.
     joints
@@ -81,7 +82,25 @@ def energy_balance(
         joints += float(work[1])
         contact += float(work[2] - work[3])
         friction += float(work[3])
+        actuator += _impulsive_work(scene, motion, record, end)
     return EnergyBalance(actuator, gravity, kinetic, elastic, joints, contact, friction)
+
+
+def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float) -> float:
+    """Work of the actuator on one half in the velocity jumps inside a run [J].
+
+    A jump changes every body's velocity by as much as the base's, and joint angles and rates not
+    at all: the work is the change of kinetic energy.  A step ends at each jump.
+    """
+    time = motion.time[1:-1]
+    time = time[motion.jump[1:] & (time < end)]
+    _, before, _ = evaluate(motion, time, before=True)
+    _, after, _ = evaluate(motion, time)
+    rows = np.searchsorted(record.time, time)
+    q, v = record.q[rows], record.v[rows]
+    _, energy_before = _height_and_motion(scene, q, v, before)
+    _, energy_after = _height_and_motion(scene, q, v, after)
+    return float(np.sum(energy_after - energy_before))
 
 
 def _height_and_motion(scene: Scene, q: Array, v: Array, speed: Array) -> tuple[Array, Array]:

@@ -20,12 +20,16 @@ HEADINGS = ("figure", "simulated", "expected", "error", "inside", "source")
 
 @dataclass(frozen=True)
 class Result:
-    """An experiment, what a run of it is compared with, and where the run was logged."""
+    """An experiment, what a run of it is compared with, and where the run was logged.
+
+    `remarks` say how far the simulation can be trusted.
+    """
 
     experiment: Experiment
     comparisons: tuple[Comparison, ...]
     log: Path
     pictures: tuple[Path, ...]
+    remarks: tuple[str, ...]
 
     @property
     def passed(self) -> bool:
@@ -104,6 +108,8 @@ def _markdown(directory: Path, results: Sequence[Result]) -> str:
             _row(["---"] * len(HEADINGS)),
             *(_row(cells(comparison)) for comparison in result.comparisons),
             "",
+            *(f"- {remark}" for remark in result.remarks),
+            "",
             f"Log: `{result.log.relative_to(directory)}`",
             "",
             *(f"![{p.stem}]({p.relative_to(directory).as_posix()})" for p in result.pictures),
@@ -123,6 +129,7 @@ def _plain(directory: Path, result: Result) -> dict[str, object]:
         "log": str(result.log.relative_to(directory)),
         "passed": result.passed,
         "comparisons": [plain(comparison) for comparison in result.comparisons],
+        "remarks": list(result.remarks),
     }
 
 

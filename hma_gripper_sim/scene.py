@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -141,6 +141,21 @@ class Scene:
             if getattr(self, name) is not None:
                 count = whole_number(getattr(self, name), field=name, source="Scene")
                 self._set(name, count)
+
+    def rediscretised(self, discretisation: str, elements_top: int, elements_beam: int) -> Scene:
+        """Return the same scene with another discretisation of the gripper.
+
+        The stress-free gripper is the same in all of them, and so is the object's place.
+        """
+        scene = replace(
+            self,
+            discretisation=discretisation,
+            elements_top=elements_top,
+            elements_beam=elements_beam,
+            accuracy=None,
+        )
+        scene._set("object_position", self.object_position)
+        return scene
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

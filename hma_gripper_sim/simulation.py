@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import time as clock
 import warnings
@@ -11,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.contact_warnings import PenetrationWarning, is_deep
 from hma_gripper_sim.equilibrium import copy_state
+from hma_gripper_sim.error_estimate import Companions
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
@@ -31,7 +34,7 @@ from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
 from hma_gripper_sim.quantities import quantity
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.trace import Trace, beam_tangent, find_unmodelled_touches, joint_rows
+from hma_gripper_sim.trace import Trace, beam_tangent, joint_rows
 
 Array = NDArray[np.float64]
 
@@ -205,6 +208,8 @@ class Simulation:
         velocity: Velocity,
         sample_period: float = 0.001,
         breakpoints: Sequence[float] | None = None,
+        *,
+        verify: bool = False,
     ) -> Trace:
         """Advance by `duration` [s] at a velocity, which may be a function of time.
 
@@ -212,6 +217,14 @@ class Simulation:
         be given, and what `breakpoints` are.  On a failure the trace ends where
         the solver did, its statistics name the outcome, a `RuntimeWarning` repeats it, and
         the simulation stays where it was before the call.
+
+        Parameters
+        ----------
+        sample_period
+            Of the trace [s].
+        verify
+            Estimate the error of this stretch, from its start on: `Trace.error_estimate`.  It
+            takes up to five times as long on top.
 
         Raises
         ------
@@ -230,7 +243,12 @@ class Simulation:
             exclusive=True,
         )
         motion = follow(velocity, self.time, self.travel, duration, breakpoints)
-        return self.advance_along(motion, sample_period)
+        companions = Companions(self, series=True) if verify else None
+        trace = self.advance_along(motion, sample_period)
+        if companions is not None:
+            companions.advance_along(motion, trace)
+            trace.error_estimate = companions.estimate()
+        return trace
 
     def advance_along(self, motion: Motion, sample_period: float) -> Trace:
         """Advance along a motion that starts at the present time and travel, like `advance`.
@@ -240,6 +258,19 @@ class Simulation:
         sample_period
             Of the trace [s].
         """
+        trace = self.solve_along(motion, sample_period)
+        if not trace.stats.converged:
+            error = SimulationError(trace.stats.outcome, float(trace.time[-1]))
+            warnings.warn(str(error), RuntimeWarning, stacklevel=2)
+        for touch in trace.warnings:
+            warnings.warn(touch, stacklevel=2)
+        if is_deep(self._scene, trace.max_penetration):
+            deep = PenetrationWarning(self._scene, trace.max_penetration, trace.penetration_time)
+            warnings.warn(deep, stacklevel=2)
+        return trace
+
+    def solve_along(self, motion: Motion, sample_period: float) -> Trace:
+        """Advance like `advance_along`, but give no warnings: the trace has it all."""
         before = self.snapshot()
         start = clock.perf_counter()
         counts = self._counts()
@@ -253,21 +284,58 @@ class Simulation:
             records.append(HalfRecord(*(part[:filled] for part in record)))
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
-        touches = find_unmodelled_touches(self._scene, motion, records)
         steps, rejected, iterations = (
             now - then for now, then in zip(self._counts(), counts, strict=True)
         )
         stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
-        trace = Trace(self._scene, motion, records, sample_period, stats, touches)
+        trace = Trace(self._scene, motion, records, sample_period, stats)
         if stats.converged:
             self._arrive(motion)
         else:
-            error = SimulationError(worst, float(trace.time[-1]))
-            warnings.warn(str(error), RuntimeWarning, stacklevel=2)
             self.restore(before)
-        for touch in touches:
-            warnings.warn(touch, stacklevel=2)
         return trace
+
+    @property
+    def at_start(self) -> bool:
+        """Whether it stands at the start: nothing has happened yet."""
+        starts = self._scene.start_states
+        return self.time == 0.0 and all(
+            half.state is start for half, start in zip(self._halves, starts, strict=False)
+        )
+
+    def twin(
+        self,
+        *,
+        tolerance: float | None = None,
+        move: tuple[float, float] = (0.0, 0.0),
+        scene: Scene | None = None,
+    ) -> Simulation:
+        """Return another simulation at the same instant that goes on by itself.
+
+        Parameters
+        ----------
+        tolerance
+            None: the same.
+        move
+            Displacement (x, z) of its object, outwards in the frame of each half [m].
+        scene
+            Another scene, whose gripper then starts at its own start pose; None: the same.
+
+        Raises
+        ------
+        SimulationError
+            The other scene has no static equilibrium.
+        """
+        other = copy.copy(self)
+        other._ticks = []
+        if tolerance is not None:
+            other.tolerance = tolerance
+        if scene is not None:
+            other._scene = scene
+            other._halves = _build_halves(scene, both=len(self._halves) == 2)
+        else:
+            other._halves = [Half(_moved(half.model, move), half.state) for half in self._halves]
+        return other
 
     def state(self) -> SimulationState:
         """The present instant."""
@@ -384,6 +452,8 @@ def simulate(
     tolerance: float | None = None,
     sample_period: float = 0.001,
     breakpoints: Sequence[float] | None = None,
+    *,
+    verify: bool = False,
 ) -> Trace:
     """Simulate a scene from static equilibrium at travel 0.
 
@@ -405,6 +475,9 @@ def simulate(
     breakpoints
         Times [s] at which a velocity that is a function jumps or has a kink, all of them; its
         values there do not matter. None: they are looked for.
+    verify
+        Estimate the error of the run: `Trace.error_estimate`.  It takes up to five times as long
+        on top.
 
     Raises
     ------
@@ -413,7 +486,8 @@ def simulate(
     SimulationError
         There is no static equilibrium.
     """
-    return Simulation(scene, tolerance).advance(duration, velocity, sample_period, breakpoints)
+    simulation = Simulation(scene, tolerance)
+    return simulation.advance(duration, velocity, sample_period, breakpoints, verify=verify)
 
 
 def deepest_overlap(scene: Scene, travel: float, right: Array, left: Array) -> float:
@@ -441,6 +515,16 @@ def _build_halves(scene: Scene, both: bool = False) -> list[Half]:
         Half(model, state)
         for model, state in zip(scene.models[:count], scene.start_states, strict=False)
     ]
+
+
+def _moved(model: Model, move: tuple[float, float]) -> Model:
+    """The same half with its object displaced [m]."""
+    if move == (0.0, 0.0):
+        return model
+    obstacle = model.obstacle
+    return model._replace(
+        obstacle=obstacle._replace(vertices=obstacle.vertices + move, centre=obstacle.centre + move)
+    )
 
 
 def empty_record(half: Half, rows: int, stages: int = 2) -> Record:

@@ -10,65 +10,28 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim.bending import section_moments
+from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.discretisation import HalfGripper
 from hma_gripper_sim.energy import EnergyBalance, energy_balance
+from hma_gripper_sim.error_estimate import ErrorEstimate
 from hma_gripper_sim.kernels.base_motion import Motion
-from hma_gripper_sim.kernels.clearance import (
-    OTHER_TIP,
-    PARTS,
-    SIDE_BEAM,
-    TIP_SHANK,
-    TOP_BEAM,
-    Recorded,
-    clearance_work,
-    first_touches,
-)
+from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_cubic_load, add_load
+from hma_gripper_sim.kernels.penetration import deepest_penetration
 from hma_gripper_sim.motion import evaluate
+from hma_gripper_sim.observation import Observed, observe
 from hma_gripper_sim.outcome import SolverStats
 from hma_gripper_sim.quantities import choice
 from hma_gripper_sim.record import HalfRecord
 from hma_gripper_sim.scene import SIDES, Scene
+from hma_gripper_sim.unmodelled_contacts import find_unmodelled_touches
+from hma_gripper_sim.validity import Finding, findings
 
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array]
 
 ROUND_OFF = 1e-6
 """How far the last sample may lie beyond the end because of rounding, in sample periods."""
-
-PART_NAMES = {
-    TOP_BEAM: "top beam",
-    SIDE_BEAM: "side beam",
-    TIP_SHANK: "outer side of the tip",
-    OTHER_TIP: "other tip",
-}
-
-
-class UnmodelledContactWarning(UserWarning):
-    """A part that the contact model leaves out would have touched something.
-
-    Attributes
-    ----------
-    part, side
-        Which part, and of which half.
-    time
-        Of the first touch [s].
-    place
-        In world coordinates (x, z) [m].
-    """
-
-    def __init__(self, part: str, side: str, time: float, place: tuple[float, float]) -> None:
-        self.part = part
-        self.side = side
-        self.time = time
-        self.place = place
-        what = "each other" if part == PART_NAMES[OTHER_TIP] else "the object"
-        subject = "the tips" if part == PART_NAMES[OTHER_TIP] else f"the {side} {part}"
-        super().__init__(
-            f"{subject} would touch {what} at t = {time:.4g} s, "
-            f"x = {1e3 * place[0]:.3g} mm, z = {1e3 * place[1]:.3g} mm: "
-            "not modelled, the results from there on are not to be trusted"
-        )
 
 
 class Trace:
@@ -83,11 +46,15 @@ class Trace:
         What was simulated.
     stats
         What it cost and how it ended.
-    warnings
-        Parts that would have touched although the contact model leaves them out.
+    error_estimate
+        Of a run that was verified; otherwise None.
+    sample_period
+        [s]
     time
         [s], shape (n_samples,)
     """
+
+    error_estimate: ErrorEstimate | None = None
 
     def __init__(
         self,
@@ -96,12 +63,12 @@ class Trace:
         records: list[HalfRecord],
         sample_period: float,
         stats: SolverStats,
-        touches: tuple[UnmodelledContactWarning, ...],
     ) -> None:
         self.scene = scene
         self.stats = stats
-        self.warnings = touches
+        self.sample_period = sample_period
         self._motion = motion
+        self._records = records
         self._right, self._left = records[0], records[-1]
         start, end = motion.time[0], min(record.time[-1] for record in records)
         count = math.floor((end - start) / sample_period + ROUND_OFF) + 1
@@ -144,7 +111,7 @@ class Trace:
     @cached_property
     def phi_left(self) -> Array:
         """Angle between top beam and left side beam at mid-length [rad], shape (n_samples,)."""
-        return self.phi("left")
+        return self.phi_right if self._left is self._right else self.phi("left")
 
     def phi(self, side: str, definition: str = "tangent") -> Array:
         """Angle of deflection of one side (thesis 5.3.2) [rad], shape (n_samples,).
@@ -162,7 +129,7 @@ class Trace:
             return beam_chord(half, self.half_rows(side)[0])
         knots = beam_tangent(half, record.q)
         rates = record.v @ half.phi_weights
-        return np.asarray(CubicHermiteSpline(record.time, knots, rates)(self.time))
+        return _hermite(self.time, record.time, knots, rates)
 
     def phi_rate(self, side: str) -> Array:
         """Rate of the angle of deflection of one side, tangent [rad/s], shape (n_samples,)."""
@@ -217,6 +184,48 @@ class Trace:
         return energy_balance(self.scene, self._motion, (self._right, self._left))
 
     @cached_property
+    def warnings(self) -> tuple[UnmodelledContactWarning, ...]:
+        """Parts that would have touched although the contact model leaves them out."""
+        return find_unmodelled_touches(self.scene, _recorded(self._motion, self._records))
+
+    @property
+    def touched(self) -> bool:
+        """Whether a tip pressed on the object at any time."""
+        return any(bool(record.wrench.any()) for record in self._records)
+
+    @property
+    def max_penetration(self) -> float:
+        """Deepest overlap of a tip and the object under a contact force [m]."""
+        return self._penetration[0]
+
+    @property
+    def penetration_time(self) -> float:
+        """When that was [s]; the start if there was none."""
+        return self._penetration[1]
+
+    @cached_property
+    def _penetration(self) -> tuple[float, float]:
+        deepest, time = 0.0, float(self.time[0])
+        for model, record in zip(self.scene.models, self._records, strict=False):
+            travel = evaluate(self._motion, record.time)[0]
+            depth, row = deepest_penetration(
+                model.chain, model.fingertip, model.obstacle, travel, record.q, record.wrench
+            )
+            if depth > deepest:
+                deepest, time = depth, float(record.time[row])
+        return deepest, time
+
+    @cached_property
+    def validity(self) -> tuple[Finding, ...]:
+        """Where the run leaves what the model describes, what matters most first (`validity`)."""
+        return findings(self.scene, self.observed, self.error_estimate)
+
+    @cached_property
+    def observed(self) -> Observed:
+        """What the run's validity is judged by."""
+        return observe(self)
+
+    @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:
         slide = np.stack([self.travel, self.velocity, self.actuator_force])
         return joint_rows(self.scene, slide, self.half_rows("right"), self.half_rows("left"))
@@ -224,8 +233,8 @@ class Trace:
     def half_rows(self, side: str) -> Rows:
         """Joint angles and rates of one half in its own frame, shape (n_samples, n)."""
         record = self._record(side)
-        angles = CubicHermiteSpline(record.time, record.q, record.v)(self.time)
-        return np.asarray(angles), _linear(self.time, record.time, record.v)
+        angles = _hermite(self.time, record.time, record.q, record.v)
+        return angles, _linear(self.time, record.time, record.v)
 
     def _record(self, side: str) -> HalfRecord:
         return self._right if choice(side, SIDES, field="side") == "right" else self._left
@@ -276,34 +285,27 @@ def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Arr
     return rows[0], rows[1], rows[2]
 
 
-def find_unmodelled_touches(
-    scene: Scene, motion: Motion, records: list[HalfRecord]
-) -> tuple[UnmodelledContactWarning, ...]:
-    """First touch of each part that the contact model leaves out, in order of time."""
-    half = scene.half
-    touches = []
-    found = np.empty((PARTS, 3))
-    work = clearance_work(half.segments)
-    mirrored = len(records) == 1
-    for i, record in enumerate(records):
-        other, model = records[-1 - i], scene.models[i]
+def _recorded(motion: Motion, records: list[HalfRecord]) -> list[Recorded]:
+    """Records with the travel and the other half's angles at their steps."""
+    recorded = []
+    for record, other in zip(records, reversed(records), strict=True):
+        angles = record.q if other is record else _linear(record.time, other.time, other.q)
         travel = evaluate(motion, record.time)[0]
-        angles = record.q if mirrored else _linear(record.time, other.time, other.q)
-        states = Recorded(record.time, travel, record.q, angles)
-        first_touches(model.chain, half.segments, model.obstacle, states, work, found)
-        for part, (time, x, z) in enumerate(found.tolist()):
-            if math.isinf(time):
-                continue
-            for side in SIDES if mirrored else SIDES[i : i + 1]:
-                if part != OTHER_TIP or side == "right":
-                    place = (x if side == "right" else -x, z)
-                    touch = UnmodelledContactWarning(PART_NAMES[part], side, time, place)
-                    touches.append(touch)
-    return tuple(sorted(touches, key=lambda touch: touch.time))
+        recorded.append(Recorded(record.time, travel, record.q, angles))
+    return recorded
+
+
+def _hermite(at: Array, time: Array, rows: Array, rates: Array) -> Array:
+    """Cubic interpolation of `rows` with given rates; a run may have ended with its first row."""
+    if len(time) == 1:
+        return np.repeat(rows, len(at), axis=0)
+    return np.asarray(CubicHermiteSpline(time, rows, rates)(at))
 
 
 def _linear(at: Array, time: Array, rows: Array) -> Array:
     """Linear interpolation of all columns of `rows`."""
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, max(0, len(time) - 2))
+    if len(time) == 1:
+        return np.repeat(rows, len(at), axis=0)
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     share = ((at - time[i]) / (time[i + 1] - time[i]))[:, None]
     return np.asarray(rows[i] + share * (rows[i + 1] - rows[i]))

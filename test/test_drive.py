@@ -462,3 +462,38 @@ def test_limits_that_the_present_motion_cannot_keep_are_refused_as_a_whole():
         assert what_it_is(drive) == before
     drive.configure(limits=replace(LIMITS, travel_max=0.016))
     assert ticks(drive, 100)[-1].travel == pytest.approx(0.016, abs=1e-11)
+
+
+def test_validity_of_the_present_state():
+    """Nothing in the air, nor pressed as designed; into a soft contact the tips sink."""
+    found = []
+    for stiffness in (1e4, 200.0):
+        scene = replace(SCENES["cylinder"], normal_stiffness=stiffness)
+        limits = replace(LIMITS, command_timeout=0.0)
+        drive = Drive(Simulation(scene), {"it": scene}, "it", period=PERIOD, limits=limits)
+        assert drive.validity() == ()
+        drive.command(0.01)
+        found.append([f.name for _ in range(100) if drive.tick() for f in drive.validity()])
+    assert found[0] == []
+    assert set(found[1]) == {"penetration"}
+
+
+def test_validity_names_what_would_touch_though_it_is_not_modelled():
+    """A tall box meets the side beams at 28 mm of travel and more."""
+    tall = replace(SCENES["box"], contour=RoundedBox(0.028, 0.12, 0.002))
+    drive = Drive(
+        Simulation(tall),
+        {"tall": tall},
+        "tall",
+        period=PERIOD,
+        limits=replace(LIMITS, travel_max=0.06),
+    )
+    drive.command(0.05)
+    ticks(drive, 20)
+    assert drive.validity() == ()
+    for _ in range(4):
+        drive.command(0.05)
+        ticks(drive, 25)
+    found = drive.validity()
+    assert {f.name for f in found} == {"unmodelled_contact"}
+    assert all(f.time == drive.state.time for f in found)

@@ -29,7 +29,7 @@ BAD = Comparison(Criterion("actuator_force", 0.0, None, -0.2, 0.0, "E"), math.na
 
 def result(directory: Path, *comparisons: Comparison) -> Result:
     log = directory / "box" / "log"
-    return Result(EXPERIMENT, comparisons, log, (log.parent / "phi.png",))
+    return Result(EXPERIMENT, comparisons, log, (log.parent / "phi.png",), ("within 1 %",))
 
 
 def printed(shown: Result) -> list[list[str]]:
@@ -87,3 +87,8 @@ def test_summary_shows_tables_and_pictures(tmp_path: Path) -> None:
     summary = (tmp_path / "summary.md").read_text(encoding="utf-8")
     assert "| M max | 5.100 mN m | 5 mN m ± 5 % | 2.0% | yes | A \\| B |" in summary
     assert "![phi](box/phi.png)" in summary
+    assert "- within 1 %" in summary
+    (experiment,) = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))[
+        "experiments"
+    ]
+    assert experiment["remarks"] == ["within 1 %"]

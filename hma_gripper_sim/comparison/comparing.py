@@ -18,6 +18,7 @@ from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiment import Experiment
 from hma_gripper_sim.experiment_file import is_experiment, read_experiment
 from hma_gripper_sim.logs.figures import Run
+from hma_gripper_sim.logs.log_metadata import read_remarks
 from hma_gripper_sim.logs.reader import read_recording
 from hma_gripper_sim.logs.recording import Recording
 from hma_gripper_sim.logs.signal_map import SignalMap
@@ -93,6 +94,7 @@ def compare_files(
         Something given cannot be used; see there as well.
     """
     recording = read_recording(simulated)
+    recording = replace(recording, notes=(*read_remarks(simulated), *recording.notes))
     if is_experiment(experiment):
         if signal_map is not None:
             raise InputError("an experiment file names its own", field="--signals")

@@ -88,6 +88,10 @@ class LogWriter:
         """Append one message: its CDR bytes, logged at `stamp` [ns]."""
         self._writer.write(self._connections[topic], stamp, data)
 
+    def describe(self, name: str, text: str) -> None:
+        """Put a text into the metadata that are written in the end."""
+        self._writer.set_custom_data(name, text)
+
     def flush(self) -> None:
         """Hand what has been written to the operating system; a killed program loses none of it."""
         self._writer.storage.flush()

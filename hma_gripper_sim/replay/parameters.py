@@ -16,6 +16,7 @@ import yaml
 
 from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.logs.log_metadata import bag_information
 from hma_gripper_sim.quantities import read_yaml
 from hma_gripper_sim.ros.fields import PLACEMENT_FIELDS
 from hma_gripper_sim.ros.parameter_file import read_parameter_file
@@ -112,7 +113,7 @@ def catalogue() -> dict[str, object]:
 
 def logged_parameters(path: str | Path) -> dict[str, object]:
     """Return what the log at `path` says that it was simulated with; empty if it does not say."""
-    text = (_information(path).get("custom_data") or {}).get(PARAMETERS_KEY)
+    text = (bag_information(path).get("custom_data") or {}).get(PARAMETERS_KEY)
     if text is None:
         return {}
     try:
@@ -126,17 +127,10 @@ def logged_parameters(path: str | Path) -> dict[str, object]:
 
 def counted_messages(path: str | Path, topic: str) -> int | None:
     """Return how many messages of a topic a log's metadata count; None if they do not say."""
-    for entry in _information(path).get("topics_with_message_count") or ():
+    for entry in bag_information(path).get("topics_with_message_count") or ():
         if entry["topic_metadata"]["name"] == topic:
             return int(entry["message_count"])
     return None
-
-
-def _information(path: str | Path) -> dict[str, Any]:
-    metadata = Path(path) / "metadata.yaml"
-    if not metadata.is_file():
-        return {}
-    return read_yaml(metadata).get("rosbag2_bagfile_information") or {}
 
 
 def metadata(given: Mapping[str, object]) -> dict[str, str]:

@@ -9,17 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
+from hma_gripper_sim.error_estimate import Companions, ErrorEstimate
+from hma_gripper_sim.logs.log_metadata import REMARKS_KEY, remarks_text
 from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
 from hma_gripper_sim.logs.signals import SLIDE
 from hma_gripper_sim.logs.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.logs.writer import LogWriter
-from hma_gripper_sim.motion import part_of
+from hma_gripper_sim.motion import follow, part_of
+from hma_gripper_sim.observation import join
 from hma_gripper_sim.outcome import SimulationError
 from hma_gripper_sim.replay.course import Course
 from hma_gripper_sim.replay.messages import Stamps, TickMessages, contour_message, velocity_message
 from hma_gripper_sim.replay.parameters import Parameters, metadata
 from hma_gripper_sim.simulation import Simulation
-from hma_gripper_sim.trace import Trace, UnmodelledContactWarning
+from hma_gripper_sim.trace import Trace
+from hma_gripper_sim.validity import Finding, findings, remarks
 
 BLOCK = 4000
 """Samples that are simulated, turned into messages and written at a time."""
@@ -39,12 +43,15 @@ class Replay:
     ----------
     recording
         The signals that were logged.
-    touches
-        What of the gripper touched although the contact model leaves it out, the first of each.
+    error_estimate
+        How far it is from the exact solution, and its model from the continuum.
+    validity
+        Where it leaves what the model describes.
     """
 
     recording: Recording
-    touches: tuple[str, ...]
+    error_estimate: ErrorEstimate
+    validity: tuple[Finding, ...]
 
 
 def replay(
@@ -75,37 +82,40 @@ def replay(
         The simulation could not go on; what was simulated before is in the log.
     """
     simulation = Simulation(parameters.scene, parameters.tolerance)
+    companions = Companions(simulation)
     texts = metadata(parameters.given)
     messages = TickMessages(parameters.scene.joint_names)
-    touches: dict[tuple[str, str], str] = {}
-    blocks = []
+    blocks, observed = [], []
     topics = (*STAMPED_TOPICS, CONTOUR, *((CMD_VELOCITY,) if len(course.commands.time) else ()))
     with LogWriter(output, topics, compressed=True, custom_data=texts) as log:
         log.write(CONTOUR.name, course.start, contour_message(parameters.contour))
         commands = _commands(course, period_ns)
         due, velocity = next(commands)
-        for trace, kept, stamps in _blocks(simulation, course, period_ns):
+        for trace, kept, stamps in _blocks(simulation, companions, course, period_ns):
             for topic, stamp, content in messages.of(trace, kept, stamps):
                 while due < stamp:
                     log.write(CMD_VELOCITY.name, due, velocity_message(velocity))
                     due, velocity = next(commands)
                 log.write(topic.name, stamp, content)
             blocks.append((stamps, _signals(trace, kept)))
-            for touch in trace.warnings:
-                touches.setdefault((touch.part, touch.side), str(touch))
+            observed.append(trace.observed)
             progress((int(stamps[-1]) - course.start) * 1e-9)
-    return Replay(_recording(str(output), blocks), tuple(touches.values()))
+        estimate = companions.estimate()
+        validity = findings(parameters.scene, join(observed), estimate)
+        log.describe(REMARKS_KEY, remarks_text(remarks(validity, estimate)))
+    return Replay(_recording(str(output), blocks), estimate, validity)
 
 
 _Block = tuple[Trace, slice, Stamps]
 
 
-def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[_Block]:
+def _blocks(
+    simulation: Simulation, companions: Companions, course: Course, period_ns: int
+) -> Iterator[_Block]:
     """Yield traces, which of their samples are new, and the stamps of these [ns]."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnmodelledContactWarning)  # each trace holds its own
-        warnings.simplefilter("ignore", RuntimeWarning)  # the outcome is looked at below
-        lead_in(simulation, course.travel)
+        warnings.simplefilter("ignore")  # each trace holds its own
+        lead_in(simulation, course.travel, companions)
         begin, period = simulation.time, period_ns * 1e-9
         motion = course.motion._replace(time=course.motion.time + begin)
         count = int(course.duration / period + 1e-6)
@@ -114,8 +124,10 @@ def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[
             upto = min(done + BLOCK, count)
             last = upto == count
             end = float(motion.time[-1]) if last else begin + period * upto
-            trace = simulation.advance_along(part_of(motion, simulation.time, end), period)
+            part = part_of(motion, simulation.time, end)
+            trace = simulation.advance_along(part, period)
             kept = slice(first, upto - done + 1)
+            companions.advance_along(part, trace, kept)
             stamps = course.start + period_ns * np.arange(done + first, upto + 1, dtype=np.int64)
             if not trace.stats.converged:
                 stamps = stamps[: max(0, len(trace.time) - first)]
@@ -127,13 +139,16 @@ def _blocks(simulation: Simulation, course: Course, period_ns: int) -> Iterator[
             done, first = upto, 1
 
 
-def lead_in(simulation: Simulation, travel: float) -> None:
+def lead_in(simulation: Simulation, travel: float, companions: Companions | None = None) -> None:
     """Bring the gripper from the start pose to where the course starts, and let it rest."""
     if travel == 0.0:
         return
     duration = abs(travel) / LEAD_IN_VELOCITY
     for length, velocity in ((duration, travel / duration), (LEAD_IN_REST, 0.0)):
-        trace = simulation.advance(length, velocity, length)
+        motion = follow(velocity, simulation.time, simulation.travel, length)
+        trace = simulation.advance_along(motion, length)
+        if companions is not None:
+            companions.advance_along(motion, trace, slice(0, 0))
         if not trace.stats.converged:
             raise SimulationError(trace.stats.outcome, float(trace.time[-1]))
 

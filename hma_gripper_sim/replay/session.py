@@ -31,6 +31,7 @@ from hma_gripper_sim.replay.course import Course, commanded, measured, planned
 from hma_gripper_sim.replay.parameters import Parameters, counted_messages, flat, logged_parameters
 from hma_gripper_sim.replay.replaying import Replay
 from hma_gripper_sim.replay.replaying import replay as simulate_course
+from hma_gripper_sim.validity import remarks
 
 FULL_RATE = 100.0
 """Samples per second [Hz] up to which every tick is logged."""
@@ -114,7 +115,8 @@ def carry_out(request: Request) -> LogComparison | None:
     )
     console.print(said, markup=False, highlight=False, soft_wrap=True)
     comparison = _compare(request, experiment, recording, result)
-    notes = (*_start(course), *course.notes, *_elsewhere(course, comparison), *result.touches)
+    trusted = remarks(result.validity, result.error_estimate)
+    notes = (*_start(course), *course.notes, *_elsewhere(course, comparison), *trusted)
     if comparison is not None:
         return replace(comparison, notes=(*notes, *comparison.notes))
     for note in notes:

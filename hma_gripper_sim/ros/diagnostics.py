@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -12,6 +12,7 @@ from hma_gripper_sim.arbiter import SourceCounts
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.drive import DriveStatus
 from hma_gripper_sim.simulation import SimulationState, Snapshot
+from hma_gripper_sim.validity import Finding, Severity
 
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,
@@ -22,6 +23,9 @@ OK, WARN, ERROR, STALE = (
 
 SLOW = 0.95
 """Share of the wanted real-time factor below which the node warns."""
+
+FINDINGS = ("unmodelled contact", "penetration", "sampled contour", "discretisation")
+"""What is looked for at the moment of a report, as `validity.Finding` names it."""
 
 
 class Pace:
@@ -82,6 +86,7 @@ class Diagnostics:
         status: DriveStatus,
         counts: Mapping[str, SourceCounts],
         snapshot: Snapshot,
+        validity: Sequence[Finding],
         pace: Pace,
         overruns: int,
         *,
@@ -95,8 +100,8 @@ class Diagnostics:
         ----------
         stamp
             Time of the report.
-        status, counts, snapshot
-            Of the drive, its sources and the simulation.
+        status, counts, snapshot, validity
+            Of the drive, its sources, the simulation and its present state.
         pace
             What happened since the last report.
         overruns
@@ -112,6 +117,7 @@ class Diagnostics:
                 self._timing(pace, overruns, period, 0.0 if status.paused else factor, elapsed),
                 self._solver(status, snapshot),
                 self._stress(pace),
+                self._validity(validity),
             ]
         )
         array.header.stamp = stamp
@@ -191,6 +197,17 @@ class Diagnostics:
             level, message = WARN, "beyond the material's linear range: " + message
         values = {"largest stress [Pa]": f"{stress:.4g}", "linear limit [Pa]": f"{limit:.4g}"}
         return self._status("stress", level, message, values)
+
+    def _validity(self, validity: Sequence[Finding]) -> DiagnosticStatus:
+        level, message = OK, "within what the model describes"
+        if validity and validity[0].severity is not Severity.NOTE:
+            level, message = WARN, validity[0].message
+        values = {
+            name: "; ".join(f.message for f in validity if f.name.replace("_", " ") == name)
+            or "none"
+            for name in FINDINGS
+        }
+        return self._status("validity", level, message, values)
 
     def _status(
         self, part: str, level: bytes, message: str, values: Mapping[str, object]

@@ -97,6 +97,7 @@ class Outputs:
                 drive.status(),
                 arbiter.counts,
                 drive.snapshot(),
+                drive.validity(),
                 self._pace,
                 timeline.overruns,
                 period=settings.period,

@@ -91,13 +91,15 @@ def _ready_drive(settings: Settings) -> Drive:
         simulation.reset()
     except SimulationError as error:
         raise InputError(f"cannot be simulated: {error}", field="design") from None
-    return Drive(
+    drive = Drive(
         simulation,
         settings.scenes,
         settings.contour,
         period=settings.period,
         limits=settings.limits,
     )
+    drive.validity()
+    return drive
 
 
 def _stop_on_signals(mailbox: Mailbox) -> None:

@@ -9,12 +9,14 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+import yaml
 from click.testing import CliRunner, Result
 
 from hma_gripper_sim import config_directory
 from hma_gripper_sim.cli import cli
 from hma_gripper_sim.comparison.comparing import compare_files
 from hma_gripper_sim.comparison.page import html_page
+from hma_gripper_sim.logs.log_metadata import REMARKS_KEY, remarks_text
 
 WriteLog = Callable[..., Path]
 
@@ -38,6 +40,18 @@ def test_a_log_compared_with_itself_has_no_error_at_all(
             assert errors["rmse"] == errors["maximum"] == errors["bias"] == 0.0
         assert [i["relative_error"] for i in signal["instants"]] == [0.0]
     assert set(result["signals"]["travel"]["phases"]) == {"approach", "enveloping", "hold", "lift"}
+
+
+def test_what_a_log_says_about_its_error_is_shown(write_log: WriteLog) -> None:
+    """Replays leave remarks in the metadata of their logs."""
+    log = write_log("log")
+    metadata = log / "metadata.yaml"
+    remarks = {REMARKS_KEY: remarks_text(["estimated error: 0.1 %"])}
+    content = yaml.safe_load(metadata.read_text())
+    content["rosbag2_bagfile_information"]["custom_data"] = remarks
+    metadata.write_text(yaml.safe_dump(content))
+    shown = run(log, log).output
+    assert f"note: {log}: estimated error: 0.1 %" in shown
 
 
 @pytest.mark.parametrize(("limit", "code"), [("0.02N", 0), ("0.005N", 1), ("3%", 0), ("2%", 1)])

@@ -48,6 +48,8 @@ def test_a_log_of_ours_needs_no_options_and_comes_out_again(
     assert shown.exit_code == 0, shown.output
     assert "following the commanded velocity" in shown.output
     assert result_of(tmp_path)["signals"]["travel"]["overall"]["maximum"] == 0.0
+    assert "note: estimated error of the simulation: force 0." in shown.output
+    assert any("estimated error" in note for note in result_of(tmp_path)["notes"])
 
 
 def test_the_measured_travel_leads_to_the_same(

@@ -12,8 +12,10 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from hma_gripper_sim import Simulation
+from hma_gripper_sim import InputError, Simulation
 from hma_gripper_sim.drive import Drive
+from hma_gripper_sim.error_estimate import Companions
+from hma_gripper_sim.logs.log_metadata import read_remarks
 from hma_gripper_sim.logs.reader import read_messages, read_recording
 from hma_gripper_sim.logs.topics import (
     ACTUATOR_WRENCH,
@@ -220,3 +222,43 @@ def test_a_command_stands_after_the_tick_that_was_seen_when_it_was_sent(
             newest = message.stamp
         else:
             assert message.stamp == newest
+
+
+def test_a_replay_says_its_error_and_the_log_does_so_too(
+    replayed: tuple[Path, Replay], course: Course, parameters: Parameters
+) -> None:
+    """That of one verified run along the whole course, although it is simulated in blocks."""
+    path, result = replayed
+    simulation = Simulation(parameters.scene, parameters.tolerance)
+    companions = Companions(simulation)
+    trace = simulation.advance_along(course.motion, PERIOD_NS * 1e-9)
+    companions.advance_along(course.motion, trace)
+    assert result.error_estimate == companions.estimate()
+    assert result.validity == trace.validity
+    first, *others = read_remarks(path)
+    assert first == f"estimated error of the simulation: {result.error_estimate}"
+    assert others == [str(finding) for finding in result.validity]
+
+
+def test_blocks_are_verified_together(
+    course: Course, parameters: Parameters, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their error is of the size of the whole run's: it is not that of each block alone."""
+    whole = replay(course, parameters, tmp_path / "whole", PERIOD_NS)
+    monkeypatch.setattr(replaying, "BLOCK", 100)
+    blocks = replay(course, parameters, tmp_path / "blocks", PERIOD_NS)
+    said, wanted = blocks.error_estimate.force_rms, whole.error_estimate.force_rms
+    assert said is not None
+    assert wanted is not None
+    assert wanted / 3.0 < said < 3.0 * wanted
+
+
+def test_remarks_that_are_none(replayed: tuple[Path, Replay], tmp_path: Path) -> None:
+    """A log without any says nothing; a damaged one is refused by name."""
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    assert read_remarks(bag) == ()
+    text = "rosbag2_bagfile_information: {custom_data: {hma_gripper_sim.remarks: '{'}}"
+    (bag / "metadata.yaml").write_text(text)
+    with pytest.raises(InputError, match="remarks"):
+        read_remarks(bag)

@@ -7,6 +7,7 @@ import pytest
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.arbiter import SourceCounts
 from hma_gripper_sim.drive import DriveStatus
+from hma_gripper_sim.validity import Finding, Severity
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
@@ -22,7 +23,16 @@ FINE = DriveStatus(
 )  # fmt: skip
 
 
-def report(diagnostics, status=FINE, counts=None, overruns=0, moved=100, factor=1.0, effort=0.0):
+def report(
+    diagnostics,
+    status=FINE,
+    counts=None,
+    validity=(),
+    overruns=0,
+    moved=100,
+    factor=1.0,
+    effort=0.0,
+):
     """Levels and statuses by part, of a second in which so many ticks of 10 ms moved."""
     state = SIMULATION.state()
     state.joint_effort[5] = effort
@@ -30,11 +40,11 @@ def report(diagnostics, status=FINE, counts=None, overruns=0, moved=100, factor=
     for i in range(100):
         pace.add(state, 0.002, moved=i < moved)
     message = diagnostics.report(
-        Time(), status, counts or {}, SIMULATION.snapshot(), pace, overruns,
+        Time(), status, counts or {}, SIMULATION.snapshot(), validity, pace, overruns,
         period=0.01, factor=factor, elapsed=1.0,
     )  # fmt: skip
     parts = {item.name.split(": ")[1]: item for item in message.status}
-    assert set(parts) == {"drive", "timing", "solver", "stress"}
+    assert set(parts) == {"drive", "timing", "solver", "stress", "validity"}
     return {name: item.level for name, item in parts.items()}, parts
 
 
@@ -101,3 +111,19 @@ def test_stress_beyond_the_linear_range_warns(diagnostics, share, level):
     levels, parts = report(diagnostics, effort=-moment)
     assert levels["stress"] == level
     assert f"{100 * share:.0f} %" in parts["stress"].message
+
+
+def test_validity_warns_of_the_worst_and_names_all(diagnostics):
+    note = Finding("discretisation", Severity.NOTE, "a coarse one")
+    assert report(diagnostics, validity=(note,))[0]["validity"] == OK
+    deep = Finding("penetration", Severity.WARNING, "2 mm deep", 1.0)
+    parts = [Finding("unmodelled_contact", Severity.WARNING, text) for text in ("left", "right")]
+    levels, found = report(diagnostics, validity=(deep, *parts, note))
+    assert levels["validity"] == WARN
+    assert found["validity"].message == "2 mm deep"
+    assert values(found["validity"]) == {
+        "penetration": "2 mm deep",
+        "unmodelled contact": "left; right",
+        "discretisation": "a coarse one",
+        "sampled contour": "none",
+    }

@@ -117,6 +117,10 @@ of `real_time_factor` | `real-time factor`, `overruns`, `ticks per second`, \
 `ticks`, `steps since reset`, `rejected steps since reset`, `Newton iterations since reset` |
 | `hma_gripper_sim: stress` | Warn: beyond the material's linear range | `largest stress [Pa]`, \
 `linear limit [Pa]` |
+| `hma_gripper_sim: validity` | Warn: at this moment a part touches that the contact model leaves \
+out, or a tip sinks in by more than a tenth of its radius; the object can pass between sampled \
+points | `unmodelled contact`, `penetration`, `sampled contour`, \
+`discretisation` |
 """
 
 ROBOT_DESCRIPTION = """
