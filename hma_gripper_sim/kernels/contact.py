@@ -180,6 +180,25 @@ def measure_gaps(
 
 
 @kernel
+def touched_part(fingertip: Fingertip, obstacle: Obstacle, pose: Array, k: int) -> int:
+    """What contact `k` meets: 0 a face, 1 a vertex, -1 a vertex with the capsule's flank.
+
+    Its force is smooth as long as this remains.
+    """
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    points = fingertip.points
+    x = pose[0] + cos * points[k, 0] - sin * points[k, 1]
+    z = pose[1] + sin * points[k, 0] + cos * points[k, 1]
+    if fingertip.capsule:
+        hx = pose[0] + cos * points[1, 0] - sin * points[1, 1]
+        hz = pose[1] + sin * points[1, 0] + cos * points[1, 1]
+        _, _, _, _, curvature, _, _, _, _ = segment_distance(obstacle, x, z, hx, hz)
+    else:
+        _, _, _, curvature = point_distance(obstacle, x, z)
+    return int(np.sign(curvature))
+
+
+@kernel
 def force_noise(law: ContactLaw, s: float) -> float:
     """How exactly a contact force can be known in the face of rounding [N]."""
     return FORCE_ACCURACY + POSITION_NOISE * (law.stiffness + law.damping * s)
