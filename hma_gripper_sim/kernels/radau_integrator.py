@@ -21,8 +21,8 @@ from hma_gripper_sim.kernels.contact import (
     STICK,
     ContactLaw,
     ContactModes,
+    closing_margin,
     copy_modes,
-    measure_gaps,
     touched_part,
 )
 from hma_gripper_sim.kernels.integrator import (
@@ -83,22 +83,21 @@ class RadauScratch(NamedTuple):
     # it keeps them: at the step's start and at the stages, shape (4, k, 2).
     margin: Array
     pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
-    gap: Array  # shape (k, 1)
-    gap_rate: Array  # shape (k, 1)
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
 def radau_scratch(model: Model) -> RadauScratch:
     """Allocate the buffers for a model; a run starts afresh."""
-    n = model.chain.rest.size
+    q, v, a = np.zeros((3, model.chain.rest.size))
     step = radau_work(model)
     k = step.contacts.slip.shape[1]
     return RadauScratch(
         step,
-        *np.zeros((3, n)),
+        q,
+        v,
+        a,
         np.zeros((4, k, 2)),
         np.zeros((2, 3)),
-        *np.zeros((2, k, 1)),
         np.zeros(1),
     )
 
@@ -111,8 +110,7 @@ def _event_margins(
     normal: float,
     friction: float,
     slip: float,
-    gap: float,
-    rate: float,
+    apart: float,
     margin: Array,
 ) -> None:
     """How far contact `k` is from a change of its modes, into `margin`, shape (2,).
@@ -122,7 +120,7 @@ def _event_margins(
     """
     margin[1] = np.inf
     if modes.normal[k] == OPEN:
-        margin[0] = max(gap, gap + law.damping / law.stiffness * rate)
+        margin[0] = apart
         return
     margin[0] = normal
     if law.friction == 0.0:
@@ -224,10 +222,10 @@ def _find_modes(
 ) -> bool:
     """Take an implicit Euler step that finds the contact modes, and forces that go with them."""
     s, t = 1.0 / duration, state.clock[0] + duration
-    tip, contact = work.tip, work.contact
+    contact = work.contact
     base_motion(motion, segment, t, work.base)
     for j in range(3):
-        tip.wrench[j] = state.wrench[j]
+        work.tip.wrench[j] = state.wrench[j]
     for i in range(state.q.size):
         scratch.q[i] = state.q[i] + duration * state.v[i]
     copy_modes(state.modes, contact.modes)
@@ -244,7 +242,7 @@ def _find_modes(
         state.v[i] = scratch.v[i]
         state.a[i] = scratch.a[i]
     step = scratch.step
-    found = step.contacts.work
+    tip, found = step.tip, step.contacts.work
     if not solve_accelerations(
         model,
         work.base,
@@ -253,7 +251,7 @@ def _find_modes(
         modes,
         state.a,
         step.chain,
-        step.tip,
+        tip,
         step.tangent.real,
         step.tangent.real_side,
         found,
@@ -261,11 +259,9 @@ def _find_modes(
         return False
     for j in range(3):
         state.wrench[j] = found.wrench[j]
-    state.load[0] = step.tip.root_force[0]
-    gap, rate = scratch.gap, scratch.gap_rate
-    measure_gaps(model.fingertip, model.obstacle, step.tip.pose, step.tip.twist, modes, gap, rate)
+    state.load[0] = tip.root_force[0]
     for j in range(3):
-        scratch.pose[0, j] = step.tip.pose[j]
+        scratch.pose[0, j] = tip.pose[j]
     for k in range(modes.normal.size):
         modes.stick_force[k] = found.friction_force[k]
         _event_margins(
@@ -275,8 +271,7 @@ def _find_modes(
             found.normal_force[k],
             found.friction_force[k],
             found.slip[k],
-            gap[k, 0],
-            rate[k, 0],
+            closing_margin(model.fingertip, model.obstacle, model.law, tip.pose, tip.twist, k),
             scratch.margin[0, k],
         )
     return True
@@ -295,8 +290,7 @@ def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) 
                 found.normal_force[i, k],
                 found.friction_force[i, k],
                 found.slip[i, k],
-                found.gap[i, k, 0],
-                found.gap_rate[i, k, 0],
+                found.apart[i, k],
                 scratch.margin[1 + i, k],
             )
 
