@@ -91,7 +91,6 @@ class ContactWork(NamedTuple):
     by_twist: Array  # and to the twist alone, shape (3, 3)
     rigidity: Array  # of the forces to the tip's position [N/m] and speed [N s/m], shape (2,)
     noise: Array  # of the forces by rounding [N], slip that passes for none [m/s]; shape (2,)
-    gap: Array  # negative: depth [m], shape (k,); of what is open, only near the object
     slip_row: Array  # of the slip to the twist, shape (k, 3)
     slip_drift: Array  # rate of the slip at a constant twist [m/s^2], shape (k,)
     row: Array  # scratch: differentials of normal and friction force by the pose, shape (2, 3)
@@ -129,7 +128,6 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((3, 3)),
         np.zeros(2),
         np.zeros(2),
-        np.zeros(k),
         np.zeros((k, 3)),
         np.zeros(k),
         np.zeros((2, 3)),
@@ -182,6 +180,57 @@ def measure_gaps(
             distance, nx, nz, _ = point_distance(obstacle, pose[0] + lx, pose[1] + lz)
         gap[k, 0] = distance - obstacle.radius - fingertip.radius
         rate[k, 0] = nx * (twist[0] - twist[2] * lz) + nz * (twist[1] + twist[2] * lx)
+
+
+@kernel
+def closing_margin(
+    fingertip: Fingertip,
+    obstacle: Obstacle,
+    law: ContactLaw,
+    pose: Array,
+    twist: Array,
+    k: int,
+) -> float:
+    """How far the open contact `k` is from closing [m]; negative: it overlaps and would push."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    points = fingertip.points
+    lx = cos * points[k, 0] - sin * points[k, 1]
+    lz = sin * points[k, 0] + cos * points[k, 1]
+    if fingertip.capsule:
+        hx = cos * points[1, 0] - sin * points[1, 1]
+        hz = sin * points[1, 0] + cos * points[1, 1]
+        distance, ex, ez, along, _, _, _, _, _ = segment_distance(
+            obstacle, pose[0] + lx, pose[1] + lz, pose[0] + hx, pose[1] + hz
+        )
+        lx += along * (hx - lx)
+        lz += along * (hz - lz)
+    else:
+        distance, ex, ez, _ = point_distance(obstacle, pose[0] + lx, pose[1] + lz)
+    if fingertip.along_tip_normal:
+        ex = sin * fingertip.normals[k, 1] - cos * fingertip.normals[k, 0]
+        ez = -sin * fingertip.normals[k, 0] - cos * fingertip.normals[k, 1]
+    gap = distance - obstacle.radius - fingertip.radius
+    approach = ex * (twist[0] - twist[2] * lz) + ez * (twist[1] + twist[2] * lx)
+    return float(max(gap, gap + law.damping / law.stiffness * approach))
+
+
+@kernel
+def touched_part(fingertip: Fingertip, obstacle: Obstacle, pose: Array, k: int) -> int:
+    """What contact `k` meets: 0 a face, 1 a vertex, -1 a vertex with the capsule's flank.
+
+    Its force is smooth as long as this remains.
+    """
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    points = fingertip.points
+    x = pose[0] + cos * points[k, 0] - sin * points[k, 1]
+    z = pose[1] + sin * points[k, 0] + cos * points[k, 1]
+    if fingertip.capsule:
+        hx = pose[0] + cos * points[1, 0] - sin * points[1, 1]
+        hz = pose[1] + sin * points[1, 0] + cos * points[1, 1]
+        _, _, _, _, curvature, _, _, _, _ = segment_distance(obstacle, x, z, hx, hz)
+    else:
+        _, _, _, curvature = point_distance(obstacle, x, z)
+    return int(np.sign(curvature))
 
 
 @kernel
@@ -356,7 +405,6 @@ def evaluate_contacts(
             distance, nx, nz, curvature = point_distance(obstacle, x, z)
         turning = gliding or fingertip.along_tip_normal  # the force's direction turns with the tip
         gap = distance - obstacle.radius - radius
-        work.gap[k] = gap
         if gap > 0.0 and mode == OPEN:
             continue
         ex, ez = nx, nz

@@ -110,8 +110,9 @@ class RadauWork(NamedTuple):
 def radau_work(model: Model) -> RadauWork:
     """Allocate the buffers for a model."""
     n = model.chain.rest.size
+    z, q, v, a, imbalance = np.zeros((5, 3, n))
     return RadauWork(
-        Stages(*np.zeros((4, 3, n)), np.zeros(3), np.zeros((3, n))),
+        Stages(z, q, v, a, np.zeros(3), imbalance),
         Tangent(
             chain_work(n),
             factor(n, np.float64),
@@ -445,7 +446,7 @@ def radau_step(
         stagnant = iteration > 2 and ratio > 0.5 and size <= ROUNDING
         if size <= AT_ONCE * accuracy or size * ratio <= (1.0 - ratio) * accuracy or stagnant:
             _place_stages(h, q0, v0, stages)
-            measure_stages(model.fingertip, model.obstacle, h, contacts)
+            measure_stages(model.fingertip, model.obstacle, model.law, h, contacts)
             return iteration
         if iteration > 2 and ratio >= 1.0:
             return 0

@@ -99,7 +99,7 @@ def imbalances(
         if chain.straightening[i] > 0.0:
             lack += work.slide[i, 0] * fx + work.slide[i, 1] * fz
         imbalance[i] = lack
-    return fz
+    return float(fz)
 
 
 @kernel

@@ -20,9 +20,9 @@ from hma_gripper_sim.kernels.contact import (
     ContactLaw,
     ContactWork,
     Fingertip,
+    closing_margin,
     contact_work,
     evaluate_contacts,
-    measure_gaps,
 )
 from hma_gripper_sim.kernels.proximity import Obstacle
 from hma_gripper_sim.kernels.radau_method import GAMMA, INVERSE
@@ -41,8 +41,7 @@ class StageContacts(NamedTuple):
     normal_force: Array  # [N], shape (3, k)
     friction_force: Array  # [N], shape (3, k)
     slip: Array  # [m/s], shape (3, k)
-    gap: Array  # [m], shape (3, k, 1)
-    gap_rate: Array  # of open contacts [m/s], shape (3, k, 1)
+    apart: Array  # of open contacts: `closing_margin` [m], shape (3, k)
     law_wrench: Array  # of the contact law at the trial increments, shape (3, 3)
     by_pose: Array  # its differentials, shape (3, 3, 3)
     by_twist: Array  # shape (3, 3, 3)
@@ -67,10 +66,14 @@ def stage_contacts(fingertip: Fingertip) -> StageContacts:
     k = work.slip.size
     return StageContacts(
         work,
-        *np.zeros((4, 3, k)),
-        *np.zeros((2, 3, k, 1)),
+        np.zeros((3, k)),
+        np.zeros((3, k)),
+        np.zeros((3, k)),
+        np.zeros((3, k)),
+        np.zeros((3, k)),
         np.zeros((3, 3)),
-        *np.zeros((2, 3, 3, 3)),
+        np.zeros((3, 3, 3)),
+        np.zeros((3, 3, 3)),
         np.zeros((3, 3)),
         np.zeros((3, 2)),
         np.zeros((3, 3)),
@@ -156,7 +159,6 @@ def _evaluate_stages(
                 work.normal_force[i, k] = stage.normal_force[k]
                 work.friction_force[i, k] = stage.friction_force[k]
                 work.slip[i, k] = stage.slip[k]
-                work.gap[i, k, 0] = stage.gap[k]
         for m in range(3):
             work.law_wrench[i, m] = stage.wrench[m]
             for j in range(3):
@@ -231,20 +233,18 @@ def solve_stage_contacts(
 
 
 @kernel
-def measure_stages(fingertip: Fingertip, obstacle: Obstacle, h: float, work: StageContacts) -> None:
-    """Poses, twists and gaps of open contacts at all stages, for the increments found."""
+def measure_stages(
+    fingertip: Fingertip, obstacle: Obstacle, law: ContactLaw, h: float, work: StageContacts
+) -> None:
+    """Poses, twists and closing margins of open contacts at all stages, for what was found."""
     stage = work.work
     for i in range(3):
         _move_stage(h, i, work)
         for j in range(3):
             work.found_pose[i, j] = stage.pose[j]
             work.found_twist[i, j] = stage.twist[j]
-        measure_gaps(
-            fingertip,
-            obstacle,
-            stage.pose,
-            stage.twist,
-            stage.modes,
-            work.gap[i],
-            work.gap_rate[i],
-        )
+        for k in range(stage.slip.size):
+            if stage.modes.normal[k] == OPEN:
+                work.apart[i, k] = closing_margin(
+                    fingertip, obstacle, law, stage.pose, stage.twist, k
+                )

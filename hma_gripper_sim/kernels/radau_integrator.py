@@ -22,11 +22,14 @@ from hma_gripper_sim.kernels.contact import (
     STICK,
     ContactLaw,
     ContactModes,
+    closing_margin,
     copy_modes,
-    measure_gaps,
+    touched_part,
 )
 from hma_gripper_sim.kernels.integrator import (
     DONE,
+    FORCE_TIME,
+    FORCE_TRAVEL,
     FULL,
     NOT_FINITE,
     STUCK,
@@ -63,6 +66,8 @@ ACCURACY = 1e-2  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 1e-6, 1e-10  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
+KINK = 1e-3  # of the step: how exactly a kink of the contact's geometry is met at least
+KINK_HALVINGS = 40
 
 
 class RadauScratch(NamedTuple):
@@ -75,18 +80,23 @@ class RadauScratch(NamedTuple):
     # How far each contact is from a change of its normal and its friction mode, positive while
     # it keeps them: at the step's start and at the stages, shape (4, k, 2).
     margin: Array
-    gap: Array  # shape (k, 1)
-    gap_rate: Array  # shape (k, 1)
+    pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
 def radau_scratch(model: Model) -> RadauScratch:
     """Allocate the buffers for a model; a run starts afresh."""
-    n = model.chain.rest.size
+    q, v, a = np.zeros((3, model.chain.rest.size))
     step = radau_work(model)
     k = step.contacts.slip.shape[1]
     return RadauScratch(
-        step, *np.zeros((3, n)), np.zeros((4, k, 2)), *np.zeros((2, k, 1)), np.zeros(1)
+        step,
+        q,
+        v,
+        a,
+        np.zeros((4, k, 2)),
+        np.zeros((2, 3)),
+        np.zeros(1),
     )
 
 
@@ -98,8 +108,7 @@ def _event_margins(
     normal: float,
     friction: float,
     slip: float,
-    gap: float,
-    rate: float,
+    apart: float,
     margin: Array,
 ) -> None:
     """How far contact `k` is from a change of its modes, into `margin`, shape (2,).
@@ -109,7 +118,7 @@ def _event_margins(
     """
     margin[1] = np.inf
     if modes.normal[k] == OPEN:
-        margin[0] = max(gap, gap + law.damping / law.stiffness * rate)
+        margin[0] = apart
         return
     margin[0] = normal
     if law.friction == 0.0:
@@ -167,6 +176,47 @@ def _first_event(margin: Array) -> float:
 
 
 @kernel
+def _part_at(model: Model, theta: float, k: int, stage_pose: Array, pose: Array) -> int:
+    """What contact `k` meets at a share `theta` of a step (`touched_part`).
+
+    `stage_pose`, shape (3, 3), is that of the tip at the stages; `pose`, shape (2, 3), holds the
+    one at the start, and a scratch row.
+    """
+    for j in range(3):
+        f = pose[0, j]
+        a, b, c = powers(stage_pose[0, j] - f, stage_pose[1, j] - f, stage_pose[2, j] - f)
+        pose[1, j] = f + theta * (a + theta * (b + theta * c))
+    part: int = touched_part(model.fingertip, model.obstacle, pose[1], k)
+    return part
+
+
+@kernel
+def _first_kink(model: Model, modes: ContactModes, stage_pose: Array, pose: Array) -> float:
+    """Share of the step at which a contact first meets another part of the object, or inf."""
+    first = np.inf
+    for k in range(modes.normal.size):
+        if modes.normal[k] == OPEN:
+            continue
+        part = _part_at(model, 0.0, k, stage_pose, pose)
+        low, high = 0.0, np.inf
+        for i in range(3):
+            if high == np.inf:
+                if _part_at(model, NODES[i], k, stage_pose, pose) == part:
+                    low = NODES[i]
+                else:
+                    high = NODES[i]
+        if high < np.inf:
+            for _ in range(KINK_HALVINGS):
+                middle = 0.5 * (low + high)
+                if _part_at(model, middle, k, stage_pose, pose) == part:
+                    low = middle
+                else:
+                    high = middle
+        first = min(first, high)
+    return first
+
+
+@kernel
 def _find_modes(
     model: Model,
     motion: Motion,
@@ -178,10 +228,10 @@ def _find_modes(
 ) -> bool:
     """Take an implicit Euler step that finds the contact modes, and forces that go with them."""
     s, t = 1.0 / duration, state.clock[0] + duration
-    tip, contact = work.tip, work.contact
+    contact = work.contact
     base_motion(motion, segment, t, work.base)
     for j in range(3):
-        tip.wrench[j] = state.wrench[j]
+        work.tip.wrench[j] = state.wrench[j]
     for i in range(state.q.size):
         scratch.q[i] = state.q[i] + duration * state.v[i]
     copy_modes(state.modes, contact.modes)
@@ -198,7 +248,7 @@ def _find_modes(
         state.v[i] = scratch.v[i]
         state.a[i] = scratch.a[i]
     step = scratch.step
-    found = step.contacts.work
+    tip, found = step.tip, step.contacts.work
     if not solve_accelerations(
         model,
         work.base,
@@ -207,7 +257,7 @@ def _find_modes(
         modes,
         state.a,
         step.chain,
-        step.tip,
+        tip,
         step.tangent.real,
         step.tangent.real_side,
         found,
@@ -215,9 +265,9 @@ def _find_modes(
         return False
     for j in range(3):
         state.wrench[j] = found.wrench[j]
-    state.load[0] = step.tip.root_force[0]
-    gap, rate = scratch.gap, scratch.gap_rate
-    measure_gaps(model.fingertip, model.obstacle, step.tip.pose, step.tip.twist, modes, gap, rate)
+    state.load[0] = tip.root_force[0]
+    for j in range(3):
+        scratch.pose[0, j] = tip.pose[j]
     for k in range(modes.normal.size):
         modes.stick_force[k] = found.friction_force[k]
         _event_margins(
@@ -227,8 +277,7 @@ def _find_modes(
             found.normal_force[k],
             found.friction_force[k],
             found.slip[k],
-            gap[k, 0],
-            rate[k, 0],
+            closing_margin(model.fingertip, model.obstacle, model.law, tip.pose, tip.twist, k),
             scratch.margin[0, k],
         )
     return True
@@ -247,8 +296,7 @@ def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) 
                 found.normal_force[i, k],
                 found.friction_force[i, k],
                 found.slip[i, k],
-                found.gap[i, k, 0],
-                found.gap_rate[i, k, 0],
+                found.apart[i, k],
                 scratch.margin[1 + i, k],
             )
 
@@ -353,7 +401,7 @@ def integrate_radau(
             guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
         else:
             guess_next(h / scratch.going[0], stages.z, contacts)
-        landings, growth = 0, GROW
+        landings, landed, growth = 0, False, GROW
         while True:
             iterations = radau_step(
                 model,
@@ -373,18 +421,26 @@ def integrate_radau(
             if iterations > 0:
                 angle = angle_error(stages.z) / estimate
                 load = load_error(state.load[0], stages.load) / (estimate * clock[2])
+                # The mean square of the force counts, to which short steps add little.
+                resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(step.base[1])))
+                load *= min(1.0, np.sqrt(h / resolution))
                 growth = SAFETY * min(max(angle, CALM) ** -0.25, max(load, CALM) ** (-1.0 / 3.0))
                 growth = max(SHRINK, min(GROW, growth))
                 shorter = min(growth, SAFETY)
                 if landings > 0 or max(angle, load) <= 1.0:
                     _stage_margins(model.law, modes, scratch)
                     event = _first_event(margin)
+                    kink = _first_kink(model, modes, contacts.found_pose, scratch.pose)
+                    close = met
+                    landed = event < np.inf and event <= kink
+                    if kink < event:
+                        event, close = kink, max(met, KINK * h)
                     if event == np.inf:
                         break
                     landings += 1
-                    if (1.0 - event) * h <= met or landings > LANDINGS:
+                    if (1.0 - event) * h <= close or landings > LANDINGS:
                         break
-                    shorter = event + min(0.5 * met / h, 0.5 * (1.0 - event))
+                    shorter = event + min(0.5 * close / h, 0.5 * (1.0 - event))
             state.counts[1] += 1
             h *= shorter
             if h < SMALLEST_STEP:
@@ -405,6 +461,7 @@ def integrate_radau(
             state.a[i] = stages.a[2, i]
         for j in range(3):
             state.wrench[j] = contacts.wrench[2, j]
+            scratch.pose[0, j] = contacts.found_pose[2, j]
         for k in range(count):
             modes.stick_force[k] = contacts.friction_force[2, k]
             margin[0, k, 0] = margin[3, k, 0]
@@ -413,13 +470,11 @@ def integrate_radau(
         _add_work(model, motion, segment, t, h, state.work, step)
         clock[0] = stop if h == stop - t else t + h
         clock[2] = max(clock[2], abs(state.load[0]))
-        if landings > 0:
-            clock[1] = min(h * growth, RESTART)
-        elif h * growth > clock[1] or h < stop - t:
+        if h * growth > clock[1] or (h < stop - t and landings == 0):
             clock[1] = h * growth
         state.counts[0] += 1
         _write(state, stages.load, record, filled)
         filled += 1
         scratch.going[0] = h
-        fresh, first = landings > 0, False
+        fresh, first = landed, False
     return DONE, filled

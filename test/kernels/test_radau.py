@@ -1,0 +1,312 @@
+"""One step of Radau IIA(5), the forces of a state, and whole runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from hma_gripper_sim.benchmark.dense import equations, rates
+from hma_gripper_sim.contour import Circle, Contour, RoundedBox
+from hma_gripper_sim.design import GripperDesign
+from hma_gripper_sim.equilibrium import copy_state
+from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, STICK
+from hma_gripper_sim.kernels.integrator import (
+    DONE,
+    HalfState,
+    Motion,
+    Record,
+    base_motion,
+    integrate,
+    step_work,
+)
+from hma_gripper_sim.kernels.radau import (
+    RadauWork,
+    collocation_state,
+    guess_first,
+    guess_next,
+    radau_step,
+    radau_work,
+)
+from hma_gripper_sim.kernels.radau_contact import solve_dense
+from hma_gripper_sim.kernels.radau_integrator import integrate_radau, radau_scratch
+from hma_gripper_sim.kernels.radau_method import (
+    ALPHA_BETA,
+    FROM_COMPLEX,
+    FROM_REAL,
+    GAMMA,
+    INVERSE,
+    NODES,
+    QUADRATURE,
+    TO_COMPLEX,
+    TO_REAL,
+)
+from hma_gripper_sim.kernels.stage import Model, allocate
+from hma_gripper_sim.motion import follow
+from hma_gripper_sim.scene import Scene
+from hma_gripper_sim.simulation import Simulation
+
+SPEED = 0.004  # m/s
+ACCURACY = 1e-11  # of the steps' iterations, far below the errors that are measured
+
+
+def lively() -> GripperDesign:
+    """The thesis' gripper with little damping: its vibrations take part in the motion."""
+    thesis = GripperDesign.thesis_2013()
+    return replace(thesis, joint_damping=0.03 * thesis.joint_damping)
+
+
+def pressed(friction: float, duration: float, **options: object) -> tuple[Scene, HalfState]:
+    """A scene, and its right half after it has moved down for a duration [s]."""
+    scene = Scene(lively(), Circle(0.015), friction=friction, clearance=0.001, **options)  # type: ignore[arg-type]
+    simulation = Simulation(scene, 1e-6)
+    simulation.advance(duration, SPEED)
+    return scene, copy_state(simulation.snapshot().halves[0])
+
+
+def accelerate(start: float, duration: float, acceleration: float) -> Motion:
+    """Constant acceleration from the speed of `pressed`."""
+    travel = SPEED * start
+    way = duration * (SPEED + 0.5 * acceleration * duration)
+    return Motion(
+        np.array([start, start + duration]),
+        np.array([travel, travel + way]),
+        np.array([SPEED]),
+        np.array([acceleration]),
+        np.array([True]),
+    )
+
+
+class End(NamedTuple):
+    """Where a sequence of steps arrives."""
+
+    angles: np.ndarray  # of the bodies [rad]
+    rates: np.ndarray  # [rad/s]
+    load: float  # [N]
+    stick: float  # friction force of the acceleration-level constraint [N]
+
+
+def balance(model: Model, state: HalfState, work: RadauWork) -> float:
+    """Accelerations and stick forces of a state, into it; returns the load."""
+    assert solve_accelerations(
+        model,
+        work.base,
+        state.q,
+        state.v,
+        state.modes,
+        state.a,
+        work.chain,
+        work.tip,
+        work.tangent.real,
+        work.tangent.real_side,
+        work.contacts.work,
+    )
+    state.modes.stick_force[:] = work.contacts.work.friction_force
+    return float(work.tip.root_force[0])
+
+
+def run_steps(model: Model, motion: Motion, start: HalfState, steps: int) -> End:
+    """Take steps of the same length, contact modes held."""
+    state, work = copy_state(start), radau_work(model)
+    h = (motion.time[1] - motion.time[0]) / steps
+    base_motion(motion, 0, motion.time[0], work.base)
+    balance(model, state, work)
+    load = 0.0
+    for i in range(steps):
+        t = motion.time[0] + i * h
+        if i == 0:
+            wrench = work.contacts.work.wrench.copy()
+            guess_first(h, state.a, wrench, state.modes, work.stages.z, work.contacts)
+        else:
+            guess_next(1.0, work.stages.z, work.contacts)
+        assert radau_step(
+            model, motion, 0, t, h, ACCURACY, 0.4, state.q, state.v, state.modes, work
+        )
+        state.q[:], state.v[:] = work.stages.q[2], work.stages.v[2]
+        state.a[:] = work.stages.a[2]
+        base_motion(motion, 0, t + h, work.base)
+        load = balance(model, state, work)
+    friction = float(work.contacts.work.friction_force[0])
+    return End(np.cumsum(state.q), np.cumsum(state.v), load, friction)
+
+
+MODES = {
+    "rolling in a stick": (3.0, 0.4, 2.0, (CLOSED, STICK)),
+    "sliding": (0.3, 0.4, 2.0, (CLOSED, SLIP_LEFT)),
+    "free": (0.6, 0.1, -1.0, (OPEN, STICK)),
+}
+
+
+@pytest.mark.parametrize("discretisation", ["thesis", "gauss"])
+@pytest.mark.parametrize("name", MODES)
+def test_order_of_a_step(name: str, discretisation: str) -> None:
+    """Angles, rates, load and stick force at the end of 12 ms of constant acceleration: order 5.
+
+    The vibrations that it excites are followed with the contact's modes held.  From 16 to 64
+    steps errors must fall by more than order 4 gives, down to rounding (1e-13 rad and N); an
+    index-2 stick force of stage order 3 would fall by 64 only.  `gauss` has hinges that slide.
+    """
+    friction, duration, acceleration, modes = MODES[name]
+    options = {} if discretisation == "thesis" else {"elements_top": 2, "elements_beam": 4}
+    scene, state = pressed(friction, duration, discretisation=discretisation, **options)
+    assert (state.modes.normal[0], state.modes.friction[0]) == modes
+    motion = accelerate(duration, 0.012, acceleration)
+    coarse, fine, exact = (run_steps(scene.models[0], motion, state, n) for n in (16, 64, 512))
+    for field in End._fields:
+        before, after, true = (np.asarray(getattr(end, field)) for end in (coarse, fine, exact))
+        error, smaller = np.abs(before - true).max(), np.abs(after - true).max()
+        assert smaller <= max(error / 4.0**4, 1e-12), field
+    assert np.abs(coarse.rates - exact.rates).max() > 1e-9  # there is something to be seen
+
+
+@pytest.mark.parametrize("duration", [0.1, 0.4], ids=["free", "in contact"])
+def test_accelerations_of_a_state(duration: float) -> None:
+    """Against Lagrange's equations in absolute angles, dense; friction regularised.
+
+    Both are exact; the differences are rounding, larger by the condition of the mass matrix.
+    """
+    scene, state = pressed(0.6, duration, slip_velocity=1e-3)
+    assert state.modes.normal[0] == (OPEN if duration < 0.2 else CLOSED)
+    model, work = scene.models[0], radau_work(scene.models[0])
+    work.base[:] = -SPEED * duration, -SPEED, 0.0
+    state.v[:] += np.random.default_rng(1).normal(scale=1e-3, size=len(state.v))  # rad/s
+    state.a[:] = 0.0
+    balance(model, state, work)
+    angles = np.cumsum(model.chain.rest + state.q)
+    expected = rates(
+        equations(scene, 1e-3),
+        work.base[0],
+        work.base[1],
+        np.concatenate((angles, np.cumsum(state.v))),
+    )[len(angles) :]
+    np.testing.assert_allclose(np.cumsum(state.a), expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_stick_of_a_state_does_not_start_to_slip() -> None:
+    """With the accelerations of a rolling stick the slip changes with the square of time only.
+
+    The state is moved on by dt and 2 dt; what is linear in dt must vanish against the change
+    that the same state has with the contact's accelerations left out.
+    """
+    scene, state = pressed(3.0, 0.4)
+    model, work = scene.models[0], radau_work(scene.models[0])
+
+    def slip_after(dt: float, accelerations: np.ndarray) -> float:
+        moved = copy_state(state)
+        moved.q[:] += dt * state.v + 0.5 * dt * dt * accelerations
+        moved.v[:] += dt * accelerations
+        work.base[:] = -SPEED * (0.4 + dt) - dt * dt, -SPEED - 2.0 * dt, -2.0
+        balance(model, moved, work)
+        return float(work.contacts.work.slip[0])
+
+    work.base[:] = -SPEED * 0.4, -SPEED, -2.0
+    balance(model, state, work)
+    dt = 1e-6
+    nothing = np.zeros_like(state.a)
+    slopes = []
+    for accelerations in (state.a, nothing):
+        start, once, twice = (slip_after(x, accelerations) for x in (0.0, dt, 2.0 * dt))
+        slopes.append((4.0 * once - twice - 3.0 * start) / (2.0 * dt))
+    rate, still = slopes
+    assert abs(rate) < 1e-5 * abs(still)
+
+
+def test_collocation_polynomial() -> None:
+    """At the stages it has their angles and rates, and its angle's slope there is the rate."""
+    scene, state = pressed(3.0, 0.4)
+    model, work = scene.models[0], radau_work(scene.models[0])
+    motion, h = accelerate(0.4, 0.01, 2.0), 1e-3
+    guess_first(h, state.a, state.wrench, state.modes, work.stages.z, work.contacts)
+    assert radau_step(model, motion, 0, 0.4, h, 1e-9, 0.4, state.q, state.v, state.modes, work)
+    q, v, ahead, behind = np.zeros((4, len(state.q)))
+    for i, node in enumerate(NODES):
+        collocation_state(node, h, state.q, state.v, work.stages, q, v)
+        np.testing.assert_allclose(q, work.stages.q[i], atol=1e-14)
+        np.testing.assert_allclose(v, work.stages.v[i], atol=1e-12)
+        collocation_state(node + 1e-3, h, state.q, state.v, work.stages, ahead, v)
+        collocation_state(node - 1e-3, h, state.q, state.v, work.stages, behind, v)
+        slope = (ahead - behind) / (2e-3 * h)
+        np.testing.assert_allclose(slope, work.stages.v[i], atol=1e-6 * np.abs(slope).max())
+
+
+def test_coefficients() -> None:
+    """Collocation is exact for polynomials of the stage order, the quadrature to degree 4.
+
+    And the eigenvectors split the method's matrix into one real and one complex equation.
+    """
+    for power in (1, 2, 3):
+        np.testing.assert_allclose(INVERSE @ NODES**power, power * NODES ** (power - 1), atol=1e-13)
+    for power in range(5):
+        assert QUADRATURE @ NODES**power == pytest.approx(1.0 / (power + 1), abs=1e-14)
+    vector = np.array([0.3, -1.1, 0.7])
+    split = FROM_REAL * GAMMA * (TO_REAL @ vector)
+    split = split + (FROM_COMPLEX * ALPHA_BETA * (TO_COMPLEX @ vector)).real
+    np.testing.assert_allclose(split, INVERSE @ vector, atol=1e-13)
+
+
+def test_dense_solution() -> None:
+    """Against numpy, with pivots that must be searched for; a singular matrix is noticed."""
+    rng = np.random.default_rng(1)
+    matrix, vector = rng.normal(size=(9, 9)), rng.normal(size=9)
+    matrix[0, 0] = 0.0
+    expected = np.linalg.solve(matrix, vector)
+    assert solve_dense(matrix.copy(), vector)
+    np.testing.assert_allclose(vector, expected, rtol=1e-10)
+    assert not solve_dense(np.zeros((2, 2)), np.ones(2))
+
+
+@pytest.mark.parametrize(
+    ("contour", "contact"),
+    [
+        (Circle(0.015), "continuous"),
+        (Circle(0.015), "sampled"),
+        (RoundedBox(0.028, 0.028), "sampled"),
+    ],
+    ids=["circle", "circle, sampled", "box, sampled along the tip's normals"],
+)
+def test_run_against_the_second_order_method(contour: Contour, contact: str) -> None:
+    """Approach, touch, slide and hold: angles, load and work of both integrators agree.
+
+    SDIRK2 at 1e-6 is good to about 1e-6 of the force, Radau at 1e-6 much better.
+    """
+    scene = Scene(
+        GripperDesign.thesis_2013(),
+        contour,
+        clearance=0.001,
+        contact=contact,
+        discretisation="thesis" if contact == "sampled" else "gauss",
+    )
+    model, n = scene.models[0], len(scene.half.chain.rest)
+    motion = follow(lambda t: SPEED if t < 0.4 else 0.0, 0.0, 0.0, 0.5)
+    ends = []
+    for columns in (2, 3):
+        state, work = copy_state(scene.start_states[0]), allocate(model)
+        rows = 20000
+        record = Record(
+            np.zeros(rows),
+            np.zeros((rows, n)),
+            np.zeros((rows, n)),
+            np.zeros((rows, n)),
+            np.zeros((rows, 3)),
+            np.zeros((rows, columns)),
+            np.zeros((rows, 4)),
+        )
+        if columns == 2:
+            scratch = step_work(n, len(work.contact.slip))
+            status, _ = integrate(model, motion, 1e-6, state, record, 1, work, scratch)
+        else:
+            status, filled = integrate_radau(
+                model, motion, 1e-6, state, record, 1, work, radau_scratch(model)
+            )
+            assert filled < 400
+        assert status == DONE
+        ends.append(state)
+    old, new = ends
+    assert new.modes.normal.tolist() == old.modes.normal.tolist()
+    assert max(old.modes.normal) == CLOSED
+    np.testing.assert_allclose(new.load, old.load, atol=1e-5 * abs(old.load[0]))
+    np.testing.assert_allclose(np.cumsum(new.q), np.cumsum(old.q), atol=1e-6)
+    np.testing.assert_allclose(new.work, old.work, atol=1e-4 * np.abs(old.work).max())
