@@ -313,7 +313,7 @@ def _hidden_event(
 
 
 @kernel
-def _crowding(state: HalfState, h: float) -> float:
+def crowding(state: HalfState, h: float) -> float:
     """Number of steps within the memory, the one of length `h` that follows `state` included."""
     return float(1.0 + state.clock[3] * np.exp(-h / MEMORY))
 
@@ -350,7 +350,7 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
         state.work[j] += h * power
     state.load[0] = scratch.load[1]
     state.clock[2] = max(state.clock[2], abs(state.load[0]))
-    state.clock[3] = _crowding(state, h)
+    state.clock[3] = crowding(state, h)
     state.counts[0] += 1
 
 
@@ -426,6 +426,6 @@ def _try_step(
     if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
         defect = max(0.0, defect - NOISE * work.contact.noise[0])
-        weight = np.sqrt(h * _crowding(state, h) / MEMORY)
+        weight = np.sqrt(h * crowding(state, h) / MEMORY)
         error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, weight))
     return error

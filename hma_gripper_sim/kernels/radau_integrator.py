@@ -28,13 +28,13 @@ from hma_gripper_sim.kernels.contact import (
 )
 from hma_gripper_sim.kernels.integrator import (
     DONE,
-    FORCE_TIME,
-    FORCE_TRAVEL,
+    MEMORY,
     FULL,
     NOT_FINITE,
     STUCK,
     HalfState,
     Record,
+    crowding,
 )
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
@@ -52,7 +52,9 @@ from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
 
-EULER, SHORTEST, LONGEST_EULER = 1e-7, 1e-12, 1e-5  # s; step that finds modes, and its bounds
+SHORTEST_EULER, LONGEST_EULER = 1e-12, 1e-5  # s; bounds of the step that finds modes
+PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
+# able to stop what has moved on since then
 SMALLEST_STEP = 1e-9  # s
 RESTART = 1e-4  # s; first step after a jump or an event
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
@@ -64,7 +66,7 @@ CALM = 1e-8  # of the error accepted: smaller ones are taken as this
 ESTIMATE = 0.05
 ACCURACY = 1e-2  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
-LATEST, EARLIEST = 1e-6, 1e-10  # s; bounds of that
+LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
 KINK = 1e-3  # of the step: how exactly a kink of the contact's geometry is met at least
 KINK_HALVINGS = 40
@@ -357,7 +359,8 @@ def integrate_radau(
     end, segments = motion.time[-1], motion.jump.size
     estimate = ESTIMATE * tolerance ** (2.0 / 3.0)
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
-    segment, jump, euler = 0, 0, EULER
+    shortly = PAST * met
+    segment, jump, euler = 0, 0, shortly
     first = scratch.going[0] == 0.0
     fresh = first
     while segment + 1 < segments and motion.time[segment + 1] <= clock[0]:
@@ -378,7 +381,7 @@ def integrate_radau(
             duration = min(euler, stop - t)
             if not _find_modes(model, motion, segment, duration, state, work, scratch):
                 euler *= FAILED
-                if euler < SHORTEST:
+                if euler < SHORTEST_EULER:
                     return STUCK, filled
                 continue
             clock[0] = stop if duration == stop - t else t + duration
@@ -392,7 +395,7 @@ def integrate_radau(
             fresh, first = False, True
             for k in range(count):
                 fresh |= margin[0, k, 0] < 0.0 or margin[0, k, 1] < 0.0
-            euler = min(2.0 * euler, LONGEST_EULER) if fresh else EULER
+            euler = min(2.0 * euler, LONGEST_EULER) if fresh else shortly
             continue
         h = min(clock[1], stop - t)
         if stop - t - h < 0.1 * h:
@@ -419,11 +422,11 @@ def integrate_radau(
             state.counts[2] += iterations
             shorter = FAILED
             if iterations > 0:
-                angle = angle_error(stages.z) / estimate
-                load = load_error(state.load[0], stages.load) / (estimate * clock[2])
+                scale = max(clock[2], abs(stages.load[2]))
+                angle = angle_error(stages.z) / (estimate * min(1.0, scale / model.bending))
+                load = load_error(state.load[0], stages.load) / (estimate * scale)
                 # The mean square of the force counts, to which short steps add little.
-                resolution = min(FORCE_TIME, FORCE_TRAVEL / max(1e-12, abs(step.base[1])))
-                load *= min(1.0, np.sqrt(h / resolution))
+                load *= min(1.0, np.sqrt(h * crowding(state, h) / MEMORY))
                 growth = SAFETY * min(max(angle, CALM) ** -0.25, max(load, CALM) ** (-1.0 / 3.0))
                 growth = max(SHRINK, min(GROW, growth))
                 shorter = min(growth, SAFETY)
@@ -472,6 +475,7 @@ def integrate_radau(
         clock[2] = max(clock[2], abs(state.load[0]))
         if h * growth > clock[1] or (h < stop - t and landings == 0):
             clock[1] = h * growth
+        clock[3] = crowding(state, h)
         state.counts[0] += 1
         _write(state, stages.load, record, filled)
         filled += 1
