@@ -91,6 +91,7 @@ class ContactWork(NamedTuple):
     by_twist: Array  # and to the twist alone, shape (3, 3)
     rigidity: Array  # of the forces to the tip's position [N/m] and speed [N s/m], shape (2,)
     noise: Array  # of the forces by rounding [N], slip that passes for none [m/s]; shape (2,)
+    gap: Array  # of closed contacts, negative: depth [m], shape (k,)
     slip_row: Array  # of the slip to the twist, shape (k, 3)
     slip_drift: Array  # rate of the slip at a constant twist [m/s^2], shape (k,)
     row: Array  # scratch: differentials of normal and friction force by the pose, shape (2, 3)
@@ -128,6 +129,7 @@ def contact_work(fingertip: Fingertip) -> ContactWork:
         np.zeros((3, 3)),
         np.zeros(2),
         np.zeros(2),
+        np.zeros(k),
         np.zeros((k, 3)),
         np.zeros(k),
         np.zeros((2, 3)),
@@ -502,6 +504,7 @@ def evaluate_contacts(
         work.wrench[2] += lx * fz - lz * fx - radius * friction
         work.normal_force[k] = normal
         work.slip[k] = slip
+        work.gap[k] = gap
         work.place[k, 0] = work.pose[0] + lx
         work.place[k, 1] = work.pose[1] + lz
     return settled

@@ -31,6 +31,7 @@ from hma_gripper_sim.kernels.chain import (
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     OPEN,
+    STICK,
     ContactModes,
     copy_modes,
 )
@@ -69,8 +70,9 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
 AT_ONCE = 0.1  # of the accuracy: a first correction this small needs no second one
-SOFT_HOLD = 100.0  # by which sticks are held softer than in `kernels.contact`: rounding of a slip
-# would else show in its force
+# By which a single stick is held softer than in `kernels.contact`: rounding of its slip would
+# else show in its force.  Several hold the tip against each other, which takes the full hold.
+SOFT_HOLD = 100.0
 ROUNDING = 1e-10  # rad, and of the scale of forces: corrections this small need not fall further
 CONTACT_ACCURACY = 0.01  # of the accuracy of forces: that of the contacts within an iteration
 
@@ -251,12 +253,18 @@ def _place_stages(h: float, q0: Array, v0: Array, stages: Stages) -> None:
 
 @kernel
 def _factorise(
-    chain: Chain, h: float, wrench: Array, tangent: Tangent, hold: Array, compliance: Array
+    chain: Chain,
+    h: float,
+    wrench: Array,
+    softer: float,
+    tangent: Tangent,
+    hold: Array,
+    compliance: Array,
 ) -> bool:
     """Factorise the chain placed in ``tangent.chain``, the tip under a `wrench`, shape (3,).
 
     Leaves the tip's compliance between all stages in `compliance`, shape (9, 9), and one that
-    says how hard to hold a stick in `hold`, shape (3, 3).
+    says how hard to hold a stick in `hold`, shape (3, 3): `softer` than `kernels.contact` does.
     """
     s, pair = GAMMA / h, ALPHA_BETA / h
     if not factorise(chain, s * s, s, 1.0, wrench, tangent.chain, tangent.real):
@@ -266,7 +274,7 @@ def _factorise(
     for i in range(3):
         for j in range(3):
             one, two = tangent.real.compliance[i, j], tangent.pair.compliance[i, j]
-            hold[i, j] = SOFT_HOLD * one
+            hold[i, j] = softer * one
             for row in range(3):
                 for column in range(3):
                     entry = FROM_REAL[row] * TO_REAL[column] * one
@@ -381,8 +389,9 @@ def radau_step(
     """
     chain, stages, contacts, tip = model.chain, work.stages, work.contacts, work.tip
     copy_modes(modes, contacts.work.modes)
-    touching = False
+    touching, stuck = False, 0
     for k in range(modes.normal.size):
+        stuck += modes.normal[k] != OPEN and modes.friction[k] == STICK
         touching |= modes.normal[k] != OPEN
         for i in range(3):
             contacts.normal_force[i, k] = 0.0
@@ -409,7 +418,10 @@ def radau_step(
                 contacts.twist[i, j] = tip.twist[j]
         if iteration == 0:
             wrench = contacts.wrench[1]
-            if not _factorise(chain, h, wrench, work.tangent, contacts.hold, contacts.compliance):
+            softer = 1.0 if stuck > 1 else SOFT_HOLD
+            if not _factorise(
+                chain, h, wrench, softer, work.tangent, contacts.hold, contacts.compliance
+            ):
                 return 0
             continue
         _free_response(chain, work.tangent, stages.imbalance, stages.load, contacts.free)

@@ -41,7 +41,7 @@ class StageContacts(NamedTuple):
     normal_force: Array  # [N], shape (3, k)
     friction_force: Array  # [N], shape (3, k)
     slip: Array  # [m/s], shape (3, k)
-    apart: Array  # of open contacts: `closing_margin` [m], shape (3, k)
+    apart: Array  # gap, of open contacts `closing_margin` [m], shape (3, k)
     law_wrench: Array  # of the contact law at the trial increments, shape (3, 3)
     by_pose: Array  # its differentials, shape (3, 3, 3)
     by_twist: Array  # shape (3, 3, 3)
@@ -159,6 +159,7 @@ def _evaluate_stages(
                 work.normal_force[i, k] = stage.normal_force[k]
                 work.friction_force[i, k] = stage.friction_force[k]
                 work.slip[i, k] = stage.slip[k]
+                work.apart[i, k] = stage.gap[k]
         for m in range(3):
             work.law_wrench[i, m] = stage.wrench[m]
             for j in range(3):

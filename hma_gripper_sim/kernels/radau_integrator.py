@@ -17,6 +17,7 @@ from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     CLOSED,
+    GRAZE,
     GRAZING,
     OPEN,
     STICK,
@@ -115,14 +116,18 @@ def _event_margins(
 ) -> None:
     """How far contact `k` is from a change of its modes, into `margin`, shape (2,).
 
-    An open contact closes when it overlaps and would push; a closed one opens when it no longer
-    pushes; a stick slips beyond the friction limit [N], a slip ends at rest [m/s].
+    An open contact closes when it overlaps and would push [m]; a closed one opens when it no
+    longer pushes [N] or overlaps, and a grazing one may not leave its layer [m]; a stick slips
+    beyond the friction limit [N], a slip ends at rest [m/s].
     """
     margin[1] = np.inf
     if modes.normal[k] == OPEN:
         margin[0] = apart
         return
-    margin[0] = normal
+    if modes.normal[k] == GRAZING:
+        margin[0] = min(-apart, apart + GRAZE)
+    else:
+        margin[0] = min(normal, -law.stiffness * apart)
     if law.friction == 0.0:
         return
     mode = modes.friction[k]
@@ -242,7 +247,9 @@ def _find_modes(
     modes = state.modes
     copy_modes(contact.modes, modes)
     for k in range(modes.normal.size):
-        if modes.normal[k] == GRAZING:
+        # A touch is over this layer in no time; but a force along the tip's normal can keep a
+        # contact in it that slides along the object's surface.
+        if modes.normal[k] == GRAZING and not model.fingertip.along_tip_normal:
             modes.normal[k] = CLOSED
         modes.stick_force[k] = contact.friction_force[k]
     for i in range(state.q.size):
@@ -272,6 +279,11 @@ def _find_modes(
         scratch.pose[0, j] = tip.pose[j]
     for k in range(modes.normal.size):
         modes.stick_force[k] = found.friction_force[k]
+        apart = found.gap[k]
+        if modes.normal[k] == OPEN:
+            apart = closing_margin(
+                model.fingertip, model.obstacle, model.law, tip.pose, tip.twist, k
+            )
         _event_margins(
             model.law,
             modes,
@@ -279,7 +291,7 @@ def _find_modes(
             found.normal_force[k],
             found.friction_force[k],
             found.slip[k],
-            closing_margin(model.fingertip, model.obstacle, model.law, tip.pose, tip.twist, k),
+            apart,
             scratch.margin[0, k],
         )
     return True

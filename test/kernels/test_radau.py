@@ -270,7 +270,7 @@ def test_dense_solution() -> None:
 def test_run_against_the_second_order_method(contour: Contour, contact: str) -> None:
     """Approach, touch, slide and hold: angles, load and work of both integrators agree.
 
-    SDIRK2 at 1e-6 is good to about 1e-6 of the force, Radau at 1e-6 much better.
+    SDIRK2 at 1e-6 is good to about 1e-6 of the largest force, Radau at 1e-6 much better.
     """
     scene = Scene(
         GripperDesign.thesis_2013(),
@@ -281,7 +281,7 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
     )
     model, n = scene.models[0], len(scene.half.chain.rest)
     motion = follow(lambda t: SPEED if t < 0.4 else 0.0, 0.0, 0.0, 0.5)
-    ends = []
+    ends, steps = [], []
     for columns in (2, 3):
         state, work = copy_state(scene.start_states[0]), allocate(model)
         rows = 20000
@@ -296,17 +296,18 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
         )
         if columns == 2:
             scratch = step_work(n, len(work.contact.slip))
-            status, _ = integrate(model, motion, 1e-6, state, record, 1, work, scratch)
+            status, filled = integrate(model, motion, 1e-6, state, record, 1, work, scratch)
         else:
             status, filled = integrate_radau(
                 model, motion, 1e-6, state, record, 1, work, radau_scratch(model)
             )
-            assert filled < 400
         assert status == DONE
         ends.append(state)
+        steps.append(filled)
     old, new = ends
+    assert steps[1] < steps[0] / 3
     assert new.modes.normal.tolist() == old.modes.normal.tolist()
     assert max(old.modes.normal) == CLOSED
-    np.testing.assert_allclose(new.load, old.load, atol=1e-5 * abs(old.load[0]))
+    np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.clock[2])
     np.testing.assert_allclose(np.cumsum(new.q), np.cumsum(old.q), atol=1e-6)
     np.testing.assert_allclose(new.work, old.work, atol=1e-4 * np.abs(old.work).max())
