@@ -17,7 +17,6 @@ from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     CLOSED,
-    GRAZE,
     GRAZING,
     OPEN,
     STICK,
@@ -29,8 +28,8 @@ from hma_gripper_sim.kernels.contact import (
 )
 from hma_gripper_sim.kernels.integrator import (
     DONE,
-    MEMORY,
     FULL,
+    MEMORY,
     NOT_FINITE,
     STUCK,
     HalfState,
@@ -125,7 +124,7 @@ def _event_margins(
         margin[0] = apart
         return
     if modes.normal[k] == GRAZING:
-        margin[0] = min(-apart, apart + GRAZE)
+        margin[0] = min(-apart, apart + law.graze)
     else:
         margin[0] = min(normal, -law.stiffness * apart)
     if law.friction == 0.0:
