@@ -26,6 +26,12 @@ from hma_gripper_sim.kernels.contact import (
     copy_modes,
     touched_part,
 )
+from hma_gripper_sim.kernels.hidden_events import (
+    CLOSE,
+    PassageWork,
+    first_hidden_touch,
+    passage_work,
+)
 from hma_gripper_sim.kernels.integrator import (
     DONE,
     FULL,
@@ -83,6 +89,7 @@ class RadauScratch(NamedTuple):
     # it keeps them: at the step's start and at the stages, shape (4, k, 2).
     margin: Array
     pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
+    passage: PassageWork
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
@@ -98,6 +105,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         a,
         np.zeros((4, k, 2)),
         np.zeros((2, 3)),
+        passage_work(q.size, len(model.fingertip.points), k),
         np.zeros(1),
     )
 
@@ -220,6 +228,44 @@ def _first_kink(model: Model, modes: ContactModes, stage_pose: Array, pose: Arra
                     high = middle
         first = min(first, high)
     return first
+
+
+@kernel
+def _hidden_touch(
+    model: Model,
+    motion: Motion,
+    segment: int,
+    t: float,
+    h: float,
+    tolerance: float,
+    state: HalfState,
+    scratch: RadauScratch,
+) -> float:
+    """Share of the step shortly behind the first touch that its stages conceal, or inf."""
+    stages, start, end = scratch.step.stages, scratch.v, scratch.a
+    for j in range(state.q.size):  # slopes of the collocation polynomial
+        a, b, c = powers(stages.z[0, j], stages.z[1, j], stages.z[2, j])
+        start[j] = state.v[j] + a / h
+        end[j] = state.v[j] + (a + 2.0 * b + 3.0 * c) / h
+    touch = first_hidden_touch(
+        model.chain,
+        model.fingertip,
+        model.obstacle,
+        motion,
+        segment,
+        t,
+        h,
+        state.q,
+        start,
+        stages.q[2],
+        end,
+        state.modes,
+        state.modes,
+        state.modes,
+        tolerance * state.clock[2] / model.law.stiffness,
+        scratch.passage,
+    )
+    return float(touch / h * (1.0 + 1.5 * CLOSE))
 
 
 @kernel
@@ -449,6 +495,19 @@ def integrate_radau(
                     landed = event < np.inf and event <= kink
                     if kink < event:
                         event, close = kink, max(met, KINK * h)
+                    hidden = np.inf
+                    if min(1.0, event) * h > close or event == np.inf:
+                        hidden = _hidden_touch(
+                            model, motion, segment, t, h, tolerance, state, scratch
+                        )
+                    if hidden < min(1.0, event):
+                        landings += 1
+                        event = hidden
+                        if landings <= LANDINGS:
+                            state.counts[1] += 1
+                            h *= hidden
+                            guess_again(hidden, stages.z, contacts)
+                            continue
                     if event == np.inf:
                         break
                     landings += 1
