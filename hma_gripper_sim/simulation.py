@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.choices import stepping_tolerance
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.base_motion import Motion
@@ -122,8 +123,8 @@ class Simulation:
     tolerance
         Of the actuator force, relative to the largest so far or to what bends the beams by two
         radians, and of angles, relative to a radian: from what one step adds it is chosen so
-        that a run stays within it.  None: the scene's accuracy, or 1e-3.  Steps are never taken
-        coarser than at 2e-2.
+        that a run stays within it.  None: what the model's error leaves of the scene's accuracy,
+        or 1e-3.  Steps are never taken coarser than at 2e-2.
 
     Raises
     ------
@@ -137,7 +138,11 @@ class Simulation:
         if not isinstance(scene, Scene):
             raise InputError(f"expected a Scene, got {scene!r}", field="scene", source="Simulation")
         if tolerance is None:
-            tolerance = TOLERANCE if scene.accuracy is None else scene.accuracy
+            tolerance = (
+                TOLERANCE
+                if scene.accuracy is None
+                else stepping_tolerance(scene.accuracy, scene.resolution.model_error)
+            )
         self.tolerance = quantity(
             tolerance, "", field="tolerance", source="Simulation", minimum=1e-10, maximum=1.0
         )
