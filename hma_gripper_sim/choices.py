@@ -22,9 +22,9 @@ COLUMN_ERROR = {"thesis": (1.0, 1), "midpoint": (1.5, 2), "gauss": (5.0, 4)}
 # The top beam's error acts on the tip as its length times the square of the angle that it turns by,
 # which is itself proportional to its length; relative to the side beam:
 TOP_ORDER = 3
-# Of the accuracy that the estimate may take.  Where a beam snaps through or a tip falls off an edge,
-# at a time that depends on the model, errors were up to four times the estimate.  It is
-# independent of the time stepping's, so that their squares add, and little is taken from that.
+# Of the accuracy that the estimate may take.  Where a beam snaps through or a tip falls off an
+# edge, at a time that depends on the model, errors were up to four times the estimate.  They are
+# independent of the time stepping's, so that the squares add, and little is taken from that.
 MODEL_SHARE = 0.25
 LEAST_STEPPING_SHARE = 0.5  # where a given model is too coarse, finer steps are no help
 GAUSS_FEWEST = 2  # a single GBE bends as a beam does under one kind of load only
