@@ -23,8 +23,8 @@ COLUMN_ERROR = {"thesis": (1.0, 1), "midpoint": (1.5, 2), "gauss": (5.0, 4)}
 # which is itself proportional to its length; relative to the side beam:
 TOP_ORDER = 3
 # Of the accuracy that the estimate may take.  Where a beam snaps through or a tip falls off an
-# edge, at a time that depends on the model, errors were mostly up to four times the estimate.  They are
-# independent of the time stepping's, so that the squares add, and little is taken from that.
+# edge, at a time that depends on the model, errors were mostly up to four times the estimate.
+# They are independent of the time stepping's: the squares add, and little is taken from that.
 MODEL_SHARE = 0.25
 LEAST_STEPPING_SHARE = 0.5  # where a given model is too coarse, finer steps are no help
 GAUSS_FEWEST = 2  # a single GBE bends as a beam does under one kind of load only
