@@ -1,4 +1,13 @@
-"""Only what a scene needs: how fine a model an asked accuracy takes, and why."""
+"""Only what a scene needs: how fine a model an asked accuracy takes, and why.
+
+The model's error is estimated from the design alone, before anything is simulated: a node changes
+the object under a gripper and steps in ticks, so neither object nor motion may decide.  The hardest
+that contact does to a gripper is to thrust a side beam along its axis, held at the tip by friction,
+until it buckles.  Force and shape are then those of a column, clamped at one end and pinned at
+the other, and wrong by as much as its buckling load, 20.19 E I / l^2, is: by `COLUMN_ERROR`.
+Gentler scenes are closer to the continuum by one to three orders of magnitude, and a finer model
+costs less than a second run that would tell them apart.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +16,19 @@ from dataclasses import dataclass, field
 
 from hma_gripper_sim.design import GripperDesign
 
-# Lengths of GBEs, as shares of half the gripper's flexible length, with which the actuator force
-# is within an accuracy of the converged continuum (RMS over a run, relative to its largest), and
-# the orders at which the error falls from there.  For ``gauss`` this holds for the hardest of the
-# scenes that were tried, a beam bent by a radian and close to buckling.
-GAUSS_ELEMENT, GAUSS_ACCURACY, GAUSS_ORDER = 0.21, 1e-3, 4.0
+# Relative error of the column's buckling load in n GBEs: coefficient / n^order.  It follows from
+# the eigenvalues of the column of hinges, which `test_choices` computes.
+COLUMN_ERROR = {"thesis": (1.0, 1), "midpoint": (1.5, 2), "gauss": (5.0, 4)}
+# The top beam's error acts on the tip as its length times the square of the angle that it turns by,
+# which is itself proportional to its length; relative to the side beam:
+TOP_ORDER = 3
+# Of the accuracy that the estimate may take.  Where a beam snaps through or a tip falls off an
+# edge, at a time that depends on the model, errors were mostly up to four times the estimate.
+# They are independent of the time stepping's: the squares add, and little is taken from that.
+MODEL_SHARE = 0.25
+LEAST_STEPPING_SHARE = 0.5  # where a given model is too coarse, finer steps are no help
 GAUSS_FEWEST = 2  # a single GBE bends as a beam does under one kind of load only
-MIDPOINT_ELEMENT = {"elements_top": 0.0655, "elements_beam": 0.081}
-MIDPOINT_ACCURACY, MIDPOINT_ORDER = 0.01, 2.0
+GAUSS_DEFAULT = 0.1  # accuracy that `gauss` is chosen for when none is asked for
 MIDPOINT_DEFAULT = {"elements_top": 2, "elements_beam": 8}
 
 
@@ -39,11 +53,16 @@ class Choice:
 
 @dataclass(frozen=True)
 class Resolution:
-    """Discretisation of the gripper and GBEs of half the top beam and of a side beam."""
+    """Discretisation of the gripper and GBEs of half the top beam and of a side beam.
+
+    `model_error` estimates the error of force, relative to its largest, and of angles [rad],
+    against the continuum: that of the load that buckles a beam.
+    """
 
     discretisation: str
     elements_top: int
     elements_beam: int
+    model_error: float = field(compare=False)
     choices: tuple[Choice, ...] = field(compare=False)
 
 
@@ -62,41 +81,62 @@ def choose_resolution(
     else:
         kind, why = "gauss", "fourth order: the fewest GBEs for an accuracy"
     choices = [Choice("discretisation", kind, why)]
-    total = design.top_length + design.beam_length
-    counts = []
-    for subject, given, length, of_design in (
-        ("elements_top", elements_top, design.top_length, design.top_elements),
-        ("elements_beam", elements_beam, design.beam_length, design.beam_elements),
+    counts, errors = [], []
+    top_weight = (design.top_length / design.beam_length) ** TOP_ORDER
+    for subject, given, weight, of_design in (
+        ("elements_top", elements_top, top_weight, design.top_elements),
+        ("elements_beam", elements_beam, 1.0, design.beam_elements),
     ):
+        # The top beam of the thesis has its joints in the middles of GBEs.
+        scheme = "midpoint" if kind == "thesis" and subject == "elements_top" else kind
         if given is not None:
             count, why = given, "given"
         elif kind == "thesis":
             count, why = of_design, "as in the design"
-        elif kind == "gauss":
-            count, why = _gauss_elements(length / total, accuracy)
         else:
-            count, why = _midpoint_elements(subject, length / total, accuracy)
+            count, why = _elements(kind, subject, weight, accuracy)
+        coefficient, order = COLUMN_ERROR[scheme]
+        errors.append(weight * coefficient / count**order)
         counts.append(count)
         choices.append(Choice(subject, str(count), why))
-    return Resolution(kind, counts[0], counts[1], tuple(choices))
+    error = max(errors)
+    choices.append(
+        Choice(
+            "model error",
+            f"{100 * error:.2g} %",
+            "estimated: that of the load that buckles a beam",
+        )
+    )
+    if accuracy is not None:
+        choices.append(
+            Choice(
+                "tolerance",
+                f"{100 * stepping_tolerance(accuracy, error):.2g} %",
+                "what the model's error leaves of the accuracy to the time stepping",
+            )
+        )
+    return Resolution(kind, counts[0], counts[1], error, tuple(choices))
 
 
-def _gauss_elements(share: float, accuracy: float | None) -> tuple[int, str]:
-    """How many GBEs a share of the flexible length takes, and why."""
-    wanted = GAUSS_ACCURACY if accuracy is None else min(GAUSS_ACCURACY, accuracy)
-    longest = GAUSS_ELEMENT * (wanted / GAUSS_ACCURACY) ** (1.0 / GAUSS_ORDER)
-    count = max(GAUSS_FEWEST, math.ceil(share / longest - 1e-9))
-    if count == GAUSS_FEWEST:
-        return count, "the fewest that bend as a beam does under any load"
-    return count, f"for {100 * wanted:.2g} % of the force"
+def stepping_tolerance(accuracy: float, model_error: float) -> float:
+    """What a model's error leaves of the accuracy to the time stepping."""
+    left = math.sqrt(max(0.0, accuracy**2 - model_error**2))
+    return max(left, LEAST_STEPPING_SHARE * accuracy)
 
 
-def _midpoint_elements(subject: str, share: float, accuracy: float | None) -> tuple[int, str]:
-    if accuracy is None:
+def _elements(kind: str, subject: str, weight: float, accuracy: float | None) -> tuple[int, str]:
+    """How many GBEs a part takes whose error counts by a weight, and why."""
+    if kind == "midpoint" and accuracy is None:
         return MIDPOINT_DEFAULT[subject], "the default of the midpoint discretisation"
-    longest = MIDPOINT_ELEMENT[subject] * (accuracy / MIDPOINT_ACCURACY) ** (1.0 / MIDPOINT_ORDER)
-    count = max(1, math.ceil(share / longest - 1e-9))
-    return count, f"for {100 * accuracy:.2g} % of the force"
+    wanted = MODEL_SHARE * (GAUSS_DEFAULT if accuracy is None else accuracy)
+    coefficient, order = COLUMN_ERROR[kind]
+    count = math.ceil((weight * coefficient / wanted) ** (1.0 / order) - 1e-9)
+    fewest = GAUSS_FEWEST if kind == "gauss" else 1
+    if count <= fewest:
+        return fewest, "the fewest that bend as a beam does"
+    if accuracy is None:
+        return count, "the default of the gauss discretisation"
+    return count, f"for {100 * wanted:.2g} % of a beam's buckling load"
 
 
 def explain_stepping(asymmetry: str | None) -> tuple[Choice, ...]:

@@ -57,7 +57,8 @@ class Scene:
         ``thesis``, or ``gauss`` when an accuracy is asked for.
     elements_top, elements_beam
         GBEs of half the top beam and of a side beam; None: as in the design for ``thesis``,
-        2 and 8 for ``midpoint``, 2 and 4 for ``gauss``, or as many as the accuracy needs.
+        2 and 8 for ``midpoint``, for ``gauss`` as for an accuracy of 0.1 (2 and 4), or as many
+        as the accuracy needs.
     sampled_normal
         Direction of sampled contact forces: the normal of the ``tip`` or of the ``object``;
         None: of the object for circles, of the tip otherwise, as in the thesis.
@@ -73,8 +74,10 @@ class Scene:
     gravity
         [m/s^2]
     accuracy
-        Error of the actuator force to be reached, relative to its largest; the scene then
-        chooses by itself what is left open, and `choices` says what and why.
+        Error to be reached, of model and time stepping together: RMS over a run, of the actuator
+        force relative to its largest and of angles relative to a radian.  The scene then
+        chooses by itself what is left open; `choices` says what and why, and which error of
+        the model is to be expected.
 
     Raises
     ------

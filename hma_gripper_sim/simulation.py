@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.choices import stepping_tolerance
 from hma_gripper_sim.contact_warnings import PenetrationWarning, is_deep
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.error_estimate import Companions
@@ -138,8 +139,8 @@ class Simulation:
     tolerance
         Of the actuator force, relative to the largest so far or to what bends the beams by two
         radians, and of angles, relative to a radian: from what one step adds it is chosen so
-        that a run stays within it.  None: the scene's accuracy, or 1e-3.  Steps are never taken
-        coarser than at 2e-2.
+        that a run stays within it.  None: what the model's error leaves of the scene's accuracy,
+        or 1e-3.  Steps are never taken coarser than at 2e-2.
 
     Raises
     ------
@@ -153,7 +154,11 @@ class Simulation:
         if not isinstance(scene, Scene):
             raise InputError(f"expected a Scene, got {scene!r}", field="scene", source="Simulation")
         if tolerance is None:
-            tolerance = TOLERANCE if scene.accuracy is None else scene.accuracy
+            tolerance = (
+                TOLERANCE
+                if scene.accuracy is None
+                else stepping_tolerance(scene.accuracy, scene.resolution.model_error)
+            )
         self.tolerance = quantity(
             tolerance, "", field="tolerance", source="Simulation", minimum=1e-10, maximum=1.0
         )
