@@ -13,7 +13,6 @@ import math
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 
@@ -23,11 +22,13 @@ from hma_gripper_sim.benchmark.population import plain_tasks
 from hma_gripper_sim.benchmark.scenes import REGULARISED, Task
 from hma_gripper_sim.benchmark.series import Series
 from hma_gripper_sim.benchmark.work_precision import timed_rows
+from hma_gripper_sim.benchmark.worker import Worker, WorkerError
 from hma_gripper_sim.contour import Circle, RoundedBox
 
 SHORTEST, LONGEST = 0.5, 10.0  # s; a shorter run has too few samples to be compared
-TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5)
+TOLERANCES = (2e-2, 5e-3, 1e-3, 3e-4, 1e-4, 3e-5)
 REFERENCE_TOLERANCE = 1e-6
+LIMIT = 120.0  # s of wall time for one scene
 TYPICAL = 0.5  # of the largest force: the normal force at which both laws of friction agree
 TOUCHED = 1e-6  # relative; in free flight at constant velocities the force stays the same
 
@@ -66,21 +67,31 @@ class Comparison:
 def measure(count: int, rounds: int, tick: Callable[[], None]) -> list[Comparison]:
     """Compare on the first `count` scenes that MuJoCo can express and in which something happens.
 
-    Both of MuJoCo's settings and this package at several tolerances take turns.
+    Those that take too long are left out.
     """
     found: list[Comparison] = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of parts that the contact model leaves out
-        for task, reference in islice(_comparable(), count):
-            found += _compare(task, reference, rounds)
-            tick()
+    scenes = 0
+    worker = Worker(compare, LIMIT)
+    try:
+        for task in _expressible():
+            try:
+                comparisons = worker.call((task, rounds))
+            except WorkerError:
+                continue
+            if comparisons:
+                found += comparisons
+                scenes += 1
+                tick()
+            if scenes == count:
+                return found
+    finally:
+        worker.close()
     return found
 
 
-def _comparable() -> Iterator[tuple[Task, Series]]:
-    """Yield the tasks that both can do, each with its reference."""
-    simple = plain_tasks(LONGEST, lambda scene: isinstance(scene.contour, Circle | RoundedBox))
-    for task in simple:
+def _expressible() -> Iterator[Task]:
+    """Tasks that MuJoCo can do, with the friction law that both are to follow."""
+    for task in plain_tasks(LONGEST, lambda scene: isinstance(scene.contour, Circle | RoundedBox)):
         if task.duration < SHORTEST:
             continue
         only_down = all(velocity > 0.0 for _, velocity in task.parts)
@@ -90,13 +101,24 @@ def _comparable() -> Iterator[tuple[Task, Series]]:
             symmetry=False,
             slip_velocity=REGULARISED if only_down else 0.0,
         )
-        task = replace(task, scene=scene)
+        yield replace(task, scene=scene)
+
+
+def compare(job: tuple[Task, int]) -> list[Comparison]:
+    """Compare both of MuJoCo's settings with this package at several tolerances, in turns.
+
+    In so many rounds; empty where nothing is touched or where there is no reference.
+    """
+    task, rounds = job
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of parts that the contact model leaves out
         try:
-            reference = own.reference_of(task, scene, REFERENCE_TOLERANCE)
+            reference = own.reference_of(task, task.scene, REFERENCE_TOLERANCE)
         except RuntimeError:
-            continue
-        if np.ptp(reference.force) > TOUCHED * np.abs(reference.force).max():
-            yield task, reference
+            return []
+        if np.ptp(reference.force) <= TOUCHED * np.abs(reference.force).max():
+            return []
+        return _compare(task, reference, rounds)
 
 
 def _compare(task: Task, reference: Series, rounds: int) -> list[Comparison]:

@@ -189,7 +189,7 @@ def test_no_contact_is_stepped_over(seed):
     drawn = GENERAL.draw(seed)
     trace = simulate(drawn.scene, drawn.velocity, drawn.duration, tolerance)
     motion = follow(drawn.velocity, 0.0, 0.0, drawn.duration)
-    scale = max(np.abs(trace.actuator_force).max(), drawn.scene.models[0].bending_force)
+    scale = max(np.abs(trace.actuator_force).max(), drawn.scene.models[0].bending)
     allowed = tolerance * scale / drawn.scene.normal_stiffness
     sides = ("right",) if drawn.scene.is_symmetric else ("right", "left")
     for side, model in zip(sides, drawn.scene.models, strict=False):
@@ -233,16 +233,17 @@ def gaps(model, height, q):
     return np.array([point_distance(model.obstacle, p.real, p.imag)[0] - reach for p in points])
 
 
-def is_small_and_touches_in_points(scene):
+def is_quickly_solved_and_touches_in_points(scene):
     in_points = scene.contact == "sampled" or isinstance(scene.contour, Circle)
-    return in_points and scene.discretisation == "midpoint" and scene.elements_beam <= 12
+    few = scene.discretisation == "midpoint" and scene.elements_beam <= 12
+    return in_points and few and scene.design.joint_damping > 0.0
 
 
 @pytest.mark.parametrize("number", range(3))
 def test_independent_equations_agree_on_random_scenes(number):
-    tasks = plain_tasks(4.0, is_small_and_touches_in_points)
+    tasks = plain_tasks(4.0, is_quickly_solved_and_touches_in_points)
     found = against_dense.compare(next(islice(tasks, number, None)))
     assert found.failure is None
-    # This package at 1e-6 is within that, Radau at 1e-7 within ten times that at its events.
-    assert found.force_rms < 3e-6
-    assert found.phi_rms < 3e-6
+    # This package asks for 1e-6, Radau for 1e-7 of each step.
+    assert found.force_rms < 2e-6
+    assert found.phi_rms < 2e-6
