@@ -27,8 +27,8 @@ TEXT = (
     "scene is sensitive; ten times that change is allowed. Noisy is a run that a picometre changes "
     "by half of what was asked although the scene is not sensitive. CPU times are of one run, "
     "without the motion's own function. Worst, median, largest and energy are of scenes that are "
-    "not sensitive. In the picture dashed lines are the error that was asked for, dotted ones 95 % of "
-    "the scenes; below, so many of the scenes are that accurate within that time."
+    "not sensitive. In the picture dashed lines are the error that was asked for, dotted ones 95 % "
+    "of the scenes; below, so many of the scenes are that accurate within that time."
 )
 HEADINGS = (
     "population",

@@ -170,6 +170,7 @@ def test_a_call_without_a_result_ends_and_the_next_one_works():
 
 
 SAMPLE = range(12)
+FOR_CONTACTS = range(20, 32)  # among them one whose touch both ends of a long step conceal
 
 
 @pytest.mark.parametrize("seed", SAMPLE)
@@ -181,11 +182,11 @@ def test_the_error_that_is_asked_for_is_got(seed):
 
 
 @pytest.mark.filterwarnings("ignore")  # of parts that the contact model leaves out
-@pytest.mark.parametrize("seed", SAMPLE)
+@pytest.mark.parametrize("seed", FOR_CONTACTS)
 def test_no_contact_is_stepped_over(seed):
     # Brute force: the cubic Hermite polynomials of all accepted steps, at 15 instants between
     # their ends. What is open at both ends goes nowhere deeper than to a force of the tolerance.
-    tolerance = 1e-3
+    tolerance = 1e-2
     drawn = GENERAL.draw(seed)
     trace = simulate(drawn.scene, drawn.velocity, drawn.duration, tolerance)
     motion = follow(drawn.velocity, 0.0, 0.0, drawn.duration)
