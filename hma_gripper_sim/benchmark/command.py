@@ -12,7 +12,7 @@ import click
     "--quick/--full",
     default=True,
     show_default="quick",
-    help="A part in under a minute, or everything in under a quarter of an hour.",
+    help="A part in one or two minutes, or everything in about an hour.",
 )
 @click.option(
     "--out",
@@ -29,6 +29,13 @@ def benchmark(quick: bool, out: Path) -> None:
     (pip install 'hma_gripper_sim[bench]'). Every result is checked against its reference before its
     speed counts. The full run adds tighter references, more rounds, the time of a first
     compilation, the convergence studies and all hard cases.
+
+    Then scenes nobody chose: is the error that is asked for the error that is got? Objects,
+    grippers, contacts and motions are drawn from seeds 0, 1, 2, ... and each run is compared with
+    one at a tolerance at least 30 times tighter, in two processes. The full run draws 300 scenes
+    of all kinds, 300 natural picks and 200 that ask for an accuracy; it checks the reference
+    against independent equations on 30 of them, and compares with MuJoCo, at MuJoCo's own error,
+    on 60.
 
     \b
     Examples:
@@ -62,4 +69,4 @@ def benchmark(quick: bool, out: Path) -> None:
 
 
 # Reports of progress that a run gives, roughly, in quick and in full mode.
-EXPECTED = {False: 300, True: 2250}
+EXPECTED = {False: 325, True: 3140}

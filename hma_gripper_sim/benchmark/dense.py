@@ -27,6 +27,7 @@ ComplexArray = NDArray[np.complex128]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+RIGHT, LEFT = 0, 1
 PROBE = 1e-8  # m, rad, m/s and rad/s; differences of the contact wrench
 
 
@@ -62,9 +63,9 @@ class Equations(NamedTuple):
     law: Array  # stiffness, damping, friction, slip velocity
 
 
-def equations(scene: Scene, slip_velocity: float) -> Equations:
-    """Write down the equations of a scene's right half."""
-    half, model = scene.half, scene.models[0]
+def equations(scene: Scene, slip_velocity: float, side: int = RIGHT) -> Equations:
+    """Write down the equations of one half of a scene, the left one in its mirror image."""
+    half, model = scene.half, scene.models[side]
     chain = half.chain
     n = len(chain.rest)
     link, centre = _complex(chain.link), _complex(chain.centre)

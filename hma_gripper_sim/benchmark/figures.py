@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hma_gripper_sim.benchmark import own
+from hma_gripper_sim.benchmark.asked_error import PopulationResult
 from hma_gripper_sim.benchmark.cantilever import CantileverRow
 from hma_gripper_sim.benchmark.convergence import Study
 from hma_gripper_sim.benchmark.scaling import ScalingRow
@@ -27,6 +29,9 @@ _SOLVERS = {
     "scipy, one half": ("#E69F00", "x:"),
 }
 _OTHERS = ("#222222", "o-")
+_LEVELS = ("#0072B2", "#D55E00", "#009E73")  # of asked errors
+_DECILES = {0.9: "#A63603", 0.7: "#E6550D", 0.5: "#222222", 0.3: "#3182BD", 0.1: "#9ECAE1"}
+SMALLEST_RATIO = 1e-4  # of error and asked error that is drawn
 _STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
@@ -127,6 +132,50 @@ def plot_convergence(path: Path, studies: list[Study]) -> None:
             axes.set_ylabel("error [%]")
             if axes.has_data():
                 axes.legend(fontsize=7.0)
+
+
+def plot_populations(path: Path, populations: list[PopulationResult]) -> None:
+    """Distribution of the errors over what was asked; below, CPU time over true errors."""
+    with _figure(path, 2, max(1, len(populations))) as panels:
+        above, below = panels[: len(panels) // 2], panels[len(panels) // 2 :]
+        for axes, result in zip(above, populations, strict=False):
+            _plot_errors(axes, result)
+        for axes, result in zip(below, populations, strict=False):
+            _plot_work(axes, result)
+
+
+def _plot_errors(axes: Axes, result: PopulationResult) -> None:
+    for level, colour in zip(result.levels, _LEVELS, strict=False):
+        ratios = np.sort([max(one.ratio, SMALLEST_RATIO) for one in level.calm])
+        if len(ratios):
+            shares = 100.0 * np.arange(1, len(ratios) + 1) / len(ratios)
+            axes.step(ratios, shares, where="post", color=colour, label=f"{level.asked:.0e}")
+    axes.axvline(1.0, color="#222222", linestyle="--", linewidth=1.0)
+    axes.axhline(95.0, color="#222222", linestyle=":", linewidth=1.0)
+    axes.set_xscale("log")
+    axes.set_xlim(SMALLEST_RATIO, None)
+    axes.set_ylim(0.0, 101.0)
+    axes.set_title(result.title)
+    axes.set_xlabel("error / asked")
+    axes.set_ylabel("runs with at most that [%]")
+    axes.legend(title="asked", fontsize=7.0, loc="center left")
+
+
+def _plot_work(axes: Axes, result: PopulationResult) -> None:
+    errors = np.geomspace(3e-2, 1e-5, 60)
+    spent = np.array([result.work(error) for error in errors])
+    if spent.size == 0:
+        return
+    for share, colour in _DECILES.items():
+        times = np.quantile(spent, share, axis=1, method="higher")
+        times[~np.isfinite(times)] = np.nan  # so accurate were fewer of the scenes
+        axes.plot(100.0 * errors, 1e3 * times, color=colour, label=f"{100 * share:.0f} % of scenes")
+    axes.set_xlim(1e-3, 3.0)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("true error [%]")
+    axes.set_ylabel("CPU time of a run [ms]")
+    axes.legend(fontsize=7.0)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,9 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from hma_gripper_sim.benchmark import figures
+from hma_gripper_sim.benchmark import figures, population_page
 from hma_gripper_sim.benchmark.results import Results
+from hma_gripper_sim.benchmark.section import Section
 from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
 
 IMAGES = "images"
@@ -31,18 +32,6 @@ EXPLANATIONS = {
     "hold": _STUCK,
     "reversal": _STUCK,
 }
-
-
-@dataclass(frozen=True)
-class Section:
-    """A table with its title and a sentence about it."""
-
-    title: str
-    text: str
-    headings: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
-    image: str | None = None
-    texts: int = 1  # leading columns that are no numbers
 
 
 def terminal_tables(results: Results) -> list[Table]:
@@ -78,6 +67,10 @@ def write(directory: Path, results: Results) -> list[Path]:
             "benchmark_convergence.png",
             lambda path: figures.plot_convergence(path, results.studies),
         ),
+        (
+            population_page.IMAGE,
+            lambda path: figures.plot_populations(path, results.populations),
+        ),
     ]
     paths = []
     for name, plot in plots:
@@ -93,7 +86,16 @@ def write(directory: Path, results: Results) -> list[Path]:
 def _plain(results: Results) -> dict[str, Any]:
     """For JSON; scenes and motions of hard cases are their titles."""
     names = ("machine", "holding", "startup")
-    lists = ("tasks", "reduced", "cantilever", "scaling", "studies", "claims")
+    lists = (
+        "tasks",
+        "reduced",
+        "cantilever",
+        "scaling",
+        "studies",
+        "against_dense",
+        "against_mujoco",
+        "claims",
+    )
     content: dict[str, Any] = {"full": results.full, "rounds": results.rounds}
     content.update({name: asdict(getattr(results, name)) for name in names})
     content.update({name: [asdict(item) for item in getattr(results, name)] for name in lists})
@@ -101,6 +103,7 @@ def _plain(results: Results) -> dict[str, Any]:
         {"title": case.title, "tolerance": case.tolerance, **asdict(verdict)}
         for case, verdict in results.hard_cases
     ]
+    content["populations"] = [population_page.plain(one) for one in results.populations]
     return {key: _finite(value) for key, value in content.items()}
 
 
@@ -154,7 +157,9 @@ def _markdown(results: Results) -> str:
 
 
 def _sections(results: Results) -> list[Section]:
-    found = [_claims(results), _plot_section(results)]
+    found = [_claims(results), *population_page.sections(results.populations)]
+    found += population_page.rivals(results.against_dense, results.against_mujoco)
+    found.append(_plot_section(results))
     found += [_task(task) for task in (*results.tasks, *results.reduced)]
     found += [_cantilever(results), _scaling(results), *_studies(results)]
     if results.hard_cases:

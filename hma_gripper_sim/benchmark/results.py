@@ -9,8 +9,12 @@ from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from hma_gripper_sim.benchmark import own, peers
+from hma_gripper_sim.benchmark import own, peers, population_claims
+from hma_gripper_sim.benchmark.against_dense import Difference
+from hma_gripper_sim.benchmark.against_mujoco import Comparison
+from hma_gripper_sim.benchmark.asked_error import PopulationResult
 from hma_gripper_sim.benchmark.cantilever import CantileverRow
+from hma_gripper_sim.benchmark.claim import Claim
 from hma_gripper_sim.benchmark.convergence import Study
 from hma_gripper_sim.benchmark.hard_cases import HardCase, Verdict
 from hma_gripper_sim.benchmark.holding import Holding
@@ -47,26 +51,6 @@ class Machine:
 
 
 @dataclass(frozen=True)
-class Claim:
-    """One figure that this package promises.
-
-    Parameters
-    ----------
-    text
-        What is promised.
-    wanted, found
-        The bound and what was measured, with their units.
-    holds
-        None: not measured in this run.
-    """
-
-    text: str
-    wanted: str
-    found: str
-    holds: bool | None
-
-
-@dataclass(frozen=True)
 class Results:
     """All sections; empty ones were left out of the run."""
 
@@ -81,6 +65,9 @@ class Results:
     startup: Startup
     studies: list[Study]
     hard_cases: list[tuple[HardCase, Verdict]]
+    populations: list[PopulationResult]
+    against_dense: list[Difference]
+    against_mujoco: list[Comparison]
 
     @property
     def claims(self) -> list[Claim]:
@@ -135,6 +122,10 @@ def _claims(results: Results) -> list[Claim]:
     claims += _cantilever(results.cantilever)
     claims += _holding(results.holding, tasks.get("reversal"))
     claims.append(_hard_cases(results.hard_cases))
+    for population in results.populations:
+        claims += population_claims.of_population(population)
+    claims += population_claims.of_dense(results.against_dense)
+    claims += population_claims.of_mujoco(results.against_mujoco)
     claims += _startup(results.startup)
     return claims
 

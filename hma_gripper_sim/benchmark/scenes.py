@@ -61,8 +61,8 @@ class Task:
 
     @property
     def velocity(self) -> Velocity:
-        """Of the prismatic joint [m/s]."""
-        return self.parts[0][1] if len(self.parts) == 1 else phases(*self.parts)
+        """Of the prismatic joint, as segments."""
+        return self.parts
 
     @cached_property
     def samples(self) -> Array:

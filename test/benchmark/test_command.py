@@ -10,6 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from hma_gripper_sim.benchmark import (
+    against_dense,
+    against_mujoco,
     cantilever,
     convergence,
     hard_cases,
@@ -21,10 +23,24 @@ from hma_gripper_sim.benchmark import (
     startup,
     work_precision,
 )
+from hma_gripper_sim.benchmark.asked_error import Judgement, Level, PopulationResult
 from hma_gripper_sim.benchmark.command import benchmark
 from hma_gripper_sim.benchmark.scenes import tasks
 from hma_gripper_sim.benchmark.series import Deviation
 from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
+
+
+def made_up_population():
+    """One scene that is got right, one twice as wrong as asked, one that ended early."""
+    levels = []
+    for asked, spent in ((1e-2, 0.001), (1e-3, 0.002)):
+        judgements = [
+            Judgement(0, asked, None, spent, 1e-4, 0.1 * asked, 0.1 * asked, asked, 0.0, 0.0),
+            Judgement(1, asked, None, spent, 1e-4, 2.0 * asked, 2.0 * asked, asked, 0.0, 0.0),
+            Judgement(2, asked, "STEP_TOO_SMALL"),
+        ]
+        levels.append(Level(asked, judgements))
+    return PopulationResult("general", "Scenes of all kinds", levels)
 
 
 def small_run(full, progress):
@@ -51,6 +67,12 @@ def small_run(full, progress):
         startup.Startup(None, 1.0),
         convergence.cantilever_studies(False, lambda: None),
         [(case, hard_cases.examine(case))],
+        [made_up_population()],
+        [against_dense.Difference("seed_0", "circle, constant", False, None, 1e-7, 1e-6, 1e-8)],
+        [
+            against_mujoco.Comparison("seed_0", "circle", results.ROBUST, 0.004, 0.3, 0.002),
+            against_mujoco.Comparison("seed_1", "box", results.ROBUST, 0.4),
+        ],
     )
 
 
@@ -68,7 +90,7 @@ def test_it_writes_a_page_data_and_plots(written):
     assert data["tasks"][0]["rows"][1]["cpu_time"] == 0.3
     assert data["machine"]["versions"]["numpy"]
     page = (folder / "benchmarks.md").read_text(encoding="utf-8")
-    for name in ("work_precision", "scaling", "convergence"):
+    for name in ("work_precision", "scaling", "convergence", "population"):
         assert (folder / "images" / f"benchmark_{name}.png").stat().st_size > 0
     assert "images/benchmark_work_precision.png" in page
     assert "gave up" in page
@@ -81,6 +103,23 @@ def test_ratios_are_of_runs_that_were_accurate_enough(written):
     assert claim["found"].startswith("75 ")
     assert claim["holds"] is True
     assert data["claims"][1]["holds"] is None
+
+
+def test_the_populations_are_on_the_page_and_in_the_data(written):
+    folder, _ = written
+    page = (folder / "benchmarks.md").read_text(encoding="utf-8")
+    assert "images/benchmark_population.png" in page
+    assert "| Scenes of all kinds | 1e-03 | 3 | 50.0 | 100.0 | 100.0 | 1 |" in page
+    data = json.loads((folder / "benchmarks.json").read_text(encoding="utf-8"))
+    level = data["populations"][0]["levels"][1]
+    assert level["beyond"] == {"1": 2.0}
+    assert level["failures"] == {"2": "STEP_TOO_SMALL"}
+    claims = {claim["text"]: claim for claim in data["claims"]}
+    kept = next(claim for text, claim in claims.items() if "1e-03: runs whose error" in text)
+    assert kept["holds"] is False
+    faster = next(claim for text, claim in claims.items() if "random scenes: times" in text)
+    assert faster["found"].startswith("median 150")
+    assert faster["found"].endswith("too wrong to be timed in 1")
 
 
 def test_missing_peers_are_named(monkeypatch, tmp_path):

@@ -31,7 +31,7 @@ def in_contact(key):
 def test_the_static_equilibrium_is_a_rest_of_the_equations():
     task = tasks()["cylinder_sampled"]
     system = equations(task.scene, 1e-4)
-    angles = np.cumsum(scipy_gripper.rest_angles(task) + system.rest)
+    angles = np.cumsum(task.scene.start_states[0].q + system.rest)
     acceleration = rates(system, 0.0, 0.0, np.concatenate([angles, np.zeros(31)]))[31:]
     # Of the tip's free fall in a tenth of its length: 1e3 rad/s^2.
     assert np.abs(acceleration).max() < 1e-5

@@ -36,10 +36,17 @@ Array = NDArray[np.float64]
 
 ARMATURE = 1e8  # kg
 CONTACT_MASS = 1e-5  # kg
-TYPICAL_FORCE = 0.2  # N; normal force at which friction has the slope asked for
+TYPICAL_FORCE = 0.2  # N; normal force at which friction has the slope asked for, unless said
 SPHERE = 1e-6  # m; radius of a sampled point
 DEPTH = 0.02  # m; of the object out of the plane
 CORNER_GAP = 1e-4  # m
+UNSTABLE = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+]
+# What it would write into a file of the present directory is found in its data.
+mujoco.set_mju_user_warning(lambda text: None)
 
 
 @dataclass(frozen=True)
@@ -83,18 +90,14 @@ def candidates(task: Task, full: bool) -> list[Candidate]:
     settings = SETTINGS
     if not full:
         settings = QUICK_SETTINGS if task.key == "cylinder_sampled" else QUICK_SETTINGS[:1]
-    if scene.slip_velocity == 0.0:
-        settings = tuple(
-            replace(setting, tangential_rate=max(setting.tangential_rate, STICKING_RATE))
-            if setting.integrator == "implicitfast"
-            else setting
-            for setting in settings
-        )
-    return [_candidate(task, setting) for setting in settings]
+    return [candidate(task, setting) for setting in settings]
 
 
-def _candidate(task: Task, setting: Setting) -> Candidate:
-    model = build(task.scene, setting)
+def candidate(task: Task, setting: Setting, typical_force: float = TYPICAL_FORCE) -> Candidate:
+    """One setting; friction has its slope at a typical normal force [N]."""
+    if task.scene.slip_velocity == 0.0 and setting.integrator == "implicitfast":
+        setting = replace(setting, tangential_rate=max(setting.tangential_rate, STICKING_RATE))
+    model = build(task.scene, setting, typical_force)
     rest = _rest(task.scene)
     n = rest.size // 2
 
@@ -125,6 +128,8 @@ def _run(
                 force[0], q[0], v[0] = -ARMATURE * data.qacc[0], data.qpos, data.qvel
             row += 1
             mujoco.mj_step(model, data, nstep=steps)
+            if data.warning.number[UNSTABLE].any():  # it has started anew
+                raise RuntimeError(f"became unstable at t = {row * SAMPLE_PERIOD:g} s")
             time[row] = data.time - delay
             force[row] = -ARMATURE * data.qacc[0]
             q[row] = data.qpos
@@ -132,19 +137,21 @@ def _run(
     return time, force, q, v
 
 
-def build(scene: Scene, setting: Setting) -> Any:
-    """Compile the model of a scene."""
+def build(scene: Scene, setting: Setting, typical_force: float = TYPICAL_FORCE) -> Any:
+    """Compile the model of a scene; friction has its slope at a typical normal force [N]."""
     model = mujoco.MjModel.from_xml_string(_mjcf(scene, setting))
     bodies = model.geom_bodyid[model.pair_geom2]
     inverse = model.body_invweight0[bodies, 0]
-    _set_contacts(model, scene, setting, inverse)
+    _set_contacts(model, scene, setting, typical_force, inverse)
     if setting.integrator == "discrete":
         measured = _measured_inverse(model, scene, setting)
-        _set_contacts(model, scene, setting, np.full(len(bodies), measured))
+        _set_contacts(model, scene, setting, typical_force, np.full(len(bodies), measured))
     return model
 
 
-def _set_contacts(model: Any, scene: Scene, setting: Setting, inverse: Array) -> None:
+def _set_contacts(
+    model: Any, scene: Scene, setting: Setting, typical_force: float, inverse: Array
+) -> None:
     impedance = CONTACT_MASS * inverse / (1.0 + CONTACT_MASS * inverse)
     for pair, d in enumerate(impedance):
         model.pair_solimp[pair] = (d, d, 1.0, 0.5, 1.0)
@@ -155,7 +162,7 @@ def _set_contacts(model: Any, scene: Scene, setting: Setting, inverse: Array) ->
         )
         model.pair_solreffriction[pair] = (0.0, -setting.tangential_rate * d)
     slip_velocity = scene.slip_velocity or STICKING_SLIP
-    slope = max(scene.friction, 1e-3) * TYPICAL_FORCE / slip_velocity
+    slope = max(scene.friction, 1e-3) * typical_force / slip_velocity
     model.opt.impratio = max(1.0, slope / (CONTACT_MASS * setting.tangential_rate))
 
 

@@ -13,11 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from hma_gripper_sim.benchmark.dense import Equations, base_load, equations, jacobian, rates
+from hma_gripper_sim.benchmark.dense import (
+    RIGHT,
+    Equations,
+    base_load,
+    equations,
+    jacobian,
+    rates,
+)
 from hma_gripper_sim.benchmark.measuring import Candidate
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
 from hma_gripper_sim.benchmark.series import Series, from_joints
-from hma_gripper_sim.simulation import Simulation
 
 Array = NDArray[np.float64]
 
@@ -46,15 +52,15 @@ def candidate(
     scene = task.scene
     slip_velocity = scene.slip_velocity or STICKING_SLIP
     system = equations(scene, slip_velocity)
-    rest = rest_angles(task)
+    rest = scene.start_states[RIGHT].q
 
     def run() -> tuple[Array, Array, Array]:
-        return _integrate(task, system, rest, method, tolerance, sample_period)
+        return integrate(task, system, rest, method, tolerance, sample_period)
 
     def series(raw: tuple[Array, Array, Array]) -> Series:
         time, states, load = raw
         n = len(system.rest)
-        q = np.diff(states[:, :n], axis=1, prepend=0.0) - system.rest
+        q = joint_angles(system, states)
         v = np.diff(states[:, n:], axis=1, prepend=0.0)
         force = 2.0 * load - scene.half.middle_mass * scene.gravity
         return from_joints(scene, time, force, q, v)
@@ -87,7 +93,13 @@ class Phase:
         return jacobian(self.system, self.height(t), -self.velocity, state)
 
 
-def _integrate(
+def joint_angles(system: Equations, states: Array) -> Array:
+    """Relative angles, zero when stress-free, of rows of states [rad], shape (n_rows, n)."""
+    n = len(system.rest)
+    return np.asarray(np.diff(states[:, :n], axis=1, prepend=0.0) - system.rest)
+
+
+def integrate(
     task: Task,
     system: Equations,
     rest: Array,
@@ -95,6 +107,26 @@ def _integrate(
     tolerance: float,
     sample_period: float,
 ) -> tuple[Array, Array, Array]:
+    """Solve a task for one half.
+
+    Parameters
+    ----------
+    rest
+        Joint angles at the start [rad], shape (n,).
+    tolerance
+        Relative and absolute.
+
+    Returns
+    -------
+    time, states, load
+        At the samples, shapes (n_samples,), (n_samples, 2 n) and (n_samples,) [s, rad and
+        rad/s, N].
+
+    Raises
+    ------
+    OdeError
+        The solver gave up.
+    """
     n = len(rest)
     state = np.concatenate([np.cumsum(rest + system.rest), np.zeros(n)])
     times, states = [np.zeros(1)], [state[None, :]]
@@ -136,15 +168,3 @@ def _loads(task: Task, system: Equations, time: Array, states: Array) -> Array:
         travel += velocity * duration
         start = end
     return load
-
-
-def rest_angles(task: Task) -> Array:
-    """Joint angles of the right half in static equilibrium."""
-    scene = task.scene
-    position = dict(zip(scene.joint_names, Simulation(scene).state().joint_position, strict=True))
-    return np.array(
-        [
-            position["tip_right" if part == "tip" else f"{part}_right_{number}"]
-            for part, number in scene.half.joints
-        ]
-    )
