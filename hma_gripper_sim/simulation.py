@@ -21,14 +21,18 @@ from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.integrator import (
     DONE,
-    FULL,
     NOT_FINITE,
+    STUCK,
     HalfState,
-    Record,
     integrate,
     step_work,
 )
-from hma_gripper_sim.kernels.radau_integrator import integrate_radau, radau_scratch
+from hma_gripper_sim.kernels.radau_integrator import (
+    FULL,
+    Record,
+    integrate_radau,
+    radau_scratch,
+)
 from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.motion import Velocity, evaluate, follow, ramp
 from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
@@ -40,10 +44,12 @@ from hma_gripper_sim.trace import Trace, beam_tangent, joint_rows
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
-import os
-
-RADAU_BELOW = float(os.environ.get("RB", "5e-4"))
-ROWS, TICK_ROWS = 256, 64  # of the record of a run, or of a step, before it first grows
+ROWS = 256  # of the record of a run before it first grows
+OUTCOMES = {
+    DONE: Outcome.CONVERGED,
+    STUCK: Outcome.STEP_TOO_SMALL,
+    NOT_FINITE: Outcome.NOT_FINITE,
+}
 
 
 @dataclass(frozen=True)
@@ -95,38 +101,32 @@ class Half:
         self.model = model
         self.work = allocate(model)
         points, candidates = len(model.fingertip.points), len(self.work.contact.normal_force)
-        self.scratch = step_work(model.chain.rest.size, points, candidates)
-        self.radau = radau_scratch(model)
+        self.tick_scratch = step_work(model.chain.rest.size, points, candidates)
+        self.run_scratch = radau_scratch(model)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
-    def advance(
-        self, motion: Motion, tolerance: float, record: Record
-    ) -> tuple[Outcome, Record, int]:
-        """Step to the end of `motion`; the record grows as it must."""
+    def tick(self, motion: Motion, tolerance: float) -> Outcome:
+        """Step to the end of `motion` from whatever state, as cheaply as a short motion allows."""
         state = copy_state(self.state)
-        filled = 0
-        _write_row(record, filled, state)
-        filled += 1
-        radau = record.load.shape[1] == 3
-        if radau:
-            self.radau.going[0] = 0.0
+        status = integrate(self.model, motion, tolerance, state, self.work, self.tick_scratch)
+        self.state = state
+        return OUTCOMES[status]
+
+    def run(self, motion: Motion, tolerance: float) -> tuple[Outcome, HalfRecord]:
+        """Step to the end of `motion` and record it."""
+        state = copy_state(self.state)
+        record = _empty_record(state)
+        filled = 1
+        self.run_scratch.going[0] = 0.0
         while True:
-            if radau:
-                status, filled = integrate_radau(
-                    self.model, motion, tolerance, state, record, filled, self.work, self.radau
-                )
-            else:
-                status, filled = integrate(
-                    self.model, motion, tolerance, state, record, filled, self.work, self.scratch
-                )
+            status, filled = integrate_radau(
+                self.model, motion, tolerance, state, record, filled, self.work, self.run_scratch
+            )
             if status != FULL:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
         self.state = state
-        outcome = {DONE: Outcome.CONVERGED, NOT_FINITE: Outcome.NOT_FINITE}.get(
-            status, Outcome.STEP_TOO_SMALL
-        )
-        return outcome, record, filled
+        return OUTCOMES[status], HalfRecord(*(part[:filled] for part in record))
 
 
 class Simulation:
@@ -164,7 +164,6 @@ class Simulation:
         )
         self._scene = scene
         self._halves = _build_halves(scene)
-        self._ticks: list[Record] = []
         self.time = self.travel = self.velocity = self._acceleration = 0.0
 
     @property
@@ -196,10 +195,8 @@ class Simulation:
         acceleration = (velocity - self.velocity) / duration
         jump = not math.isclose(acceleration, self._acceleration, rel_tol=1e-6, abs_tol=1e-6)
         motion = ramp(self.time, self.travel, duration, self.velocity, velocity, jump)
-        if not self._ticks:
-            self._ticks = [empty_record(half, TICK_ROWS) for half in self._halves]
-        for i, half in enumerate(self._halves):
-            outcome, self._ticks[i], _ = half.advance(motion, self.tolerance, self._ticks[i])
+        for half in self._halves:
+            outcome = half.tick(motion, self.tolerance)
             if outcome is not Outcome.CONVERGED:
                 reached = float(half.state.clock[0])
                 self.restore(before)
@@ -282,11 +279,8 @@ class Simulation:
         records = []
         worst = Outcome.CONVERGED
         for half in self._halves:
-            stages = 3 if self.tolerance < RADAU_BELOW else 2
-            outcome, record, filled = half.advance(
-                motion, self.tolerance, empty_record(half, ROWS, stages)
-            )
-            records.append(HalfRecord(*(part[:filled] for part in record)))
+            outcome, record = half.run(motion, self.tolerance)
+            records.append(record)
             if outcome is not Outcome.CONVERGED:
                 worst = outcome
         steps, rejected, iterations = (
@@ -332,7 +326,6 @@ class Simulation:
             The other scene has no static equilibrium.
         """
         other = copy.copy(self)
-        other._ticks = []
         if tolerance is not None:
             other.tolerance = tolerance
         if scene is not None:
@@ -436,7 +429,6 @@ class Simulation:
             )
         self._scene = scene
         self._halves = halves
-        self._ticks = []
 
     def _counts(self) -> list[int]:
         """Steps, rejected steps and Newton iterations of all halves so far."""
@@ -532,25 +524,23 @@ def _moved(model: Model, move: tuple[float, float]) -> Model:
     )
 
 
-def empty_record(half: Half, rows: int, stages: int = 2) -> Record:
-    """Allocate a record of `rows` steps."""
-    n = half.model.chain.rest.size
-    return Record(
-        np.empty(rows),
-        np.empty((rows, n)),
-        np.empty((rows, n)),
-        np.empty((rows, n)),
-        np.empty((rows, 3)),
-        np.empty((rows, stages)),
-        np.empty((rows, 4)),
+def _empty_record(state: HalfState) -> Record:
+    """Allocate the record of a run; its first row is the state at the start."""
+    n = len(state.q)
+    record = Record(
+        np.empty(ROWS),
+        np.empty((ROWS, n)),
+        np.empty((ROWS, n)),
+        np.empty((ROWS, n)),
+        np.empty((ROWS, 3)),
+        np.empty((ROWS, 3)),
+        np.empty((ROWS, 4)),
     )
-
-
-def _write_row(record: Record, row: int, state: HalfState) -> None:
-    record.time[row] = state.clock[0]
-    record.q[row] = state.q
-    record.v[row] = state.v
-    record.a[row] = state.a
-    record.wrench[row] = state.wrench
-    record.load[row] = state.load[0]
-    record.work[row] = state.work
+    record.time[0] = state.clock[0]
+    record.q[0] = state.q
+    record.v[0] = state.v
+    record.a[0] = state.a
+    record.wrench[0] = state.wrench
+    record.load[0] = state.load[0]
+    record.work[0] = state.work
+    return record

@@ -16,7 +16,7 @@ from hma_gripper_sim.energy import EnergyBalance, energy_balance
 from hma_gripper_sim.error_estimate import ErrorEstimate
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import Recorded
-from hma_gripper_sim.kernels.dense_output import add_cubic_load, add_load
+from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.penetration import deepest_penetration
 from hma_gripper_sim.motion import evaluate
 from hma_gripper_sim.observation import Observed, observe
@@ -97,10 +97,7 @@ class Trace:
         if motion.velocity.shape[1] > 1:  # else its acceleration is 0
             force += half.middle_mass * self._base[2]
         for record in (self._right, self._left):
-            if record.load.shape[1] == 3:
-                add_cubic_load(self.time, record.time, record.load, force)
-            else:
-                add_load(self.time, record.time, record.load, force)
+            add_load(self.time, record.time, record.load, force)
         return force
 
     @cached_property

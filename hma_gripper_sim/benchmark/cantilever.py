@@ -32,7 +32,7 @@ from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.motion import ramp
 from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import ROWS, Half, empty_record
+from hma_gripper_sim.simulation import Half
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def rest_run(elements: int) -> Callable[[], float]:
 
     def run() -> float:
         half = Half(model, straight)
-        half.advance(motion, TOLERANCE, empty_record(half, ROWS))
+        half.run(motion, TOLERANCE)
         return _deflection(chain, half.state.q)
 
     return run

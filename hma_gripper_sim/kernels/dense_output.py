@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.integrator import GAMMA
 from hma_gripper_sim.kernels.radau import powers
 
 Array = NDArray[np.float64]
@@ -14,34 +13,6 @@ Array = NDArray[np.float64]
 
 @kernel
 def add_load(at: Array, time: Array, load: Array, total: Array) -> None:
-    """Add the load on the base, linear between the stages of all steps, to `total`.
-
-    Parameters
-    ----------
-    at
-        Ascending, within the record [s], shape (n_samples,).
-    time, load
-        Ends of the steps [s], shape (r,), and `Record.load` [N], shape (r, 2).
-    total
-        [N], shape (n_samples,).
-    """
-    if time.size == 1:
-        total += load[0, 1]
-        return
-    row, middle, inner, before, after = 0, 0.0, 0.0, 0.0, 0.0
-    for i in range(at.size):
-        while row == 0 or (time[row] < at[i] and row < time.size - 1):
-            row += 1
-            h = time[row] - time[row - 1]
-            middle, inner = time[row - 1] + GAMMA * h, load[row, 0]
-            before = (inner - load[row - 1, 1]) / (GAMMA * h)
-            after = (load[row, 1] - inner) / ((1.0 - GAMMA) * h)
-        dt = at[i] - middle
-        total[i] += inner + (before if dt < 0.0 else after) * dt
-
-
-@kernel
-def add_cubic_load(at: Array, time: Array, load: Array, total: Array) -> None:
     """Add the load on the base to `total`: in each step the cubic through its start and stages.
 
     Parameters

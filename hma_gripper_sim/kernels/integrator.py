@@ -1,4 +1,4 @@
-"""Time integration of one half: SDIRK2 with error-controlled steps.
+"""Time integration of one half by SDIRK2, in ticks: what goes on from any state at little cost.
 
 Method: the two-stage singly diagonally implicit Runge-Kutta method of order 2 that is
 L-stable and stiffly accurate (R. Alexander, SIAM J. Numer. Anal. 14, 1977).  Both stages are
@@ -54,7 +54,7 @@ FLEETING = 1e-7  # s; the force within a step no longer than this is not judged:
 NOISE = 10.0  # of the contact force by rounding: less is no error of the step
 DIP = 1e-3  # of a contact's margin; a smaller dip below zero within a step is none
 
-DONE, FULL, STUCK, NOT_FINITE = 0, 1, 2, 3
+DONE, STUCK, NOT_FINITE = 0, 1, 2
 
 
 class HalfState(NamedTuple):
@@ -69,20 +69,8 @@ class HalfState(NamedTuple):
     margin: Array  # to the next event of each contact candidate (`_margins`), shape (k, 2)
     drift: Array  # its rate, shape (k, 2)
     load: Array  # vertical load on the base [N], shape (1,)
-    work: Array  # see `Record.work`, shape (4,)
+    work: Array  # by the base, in joints, to contacts, in friction [J], shape (4,)
     counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
-
-
-class Record(NamedTuple):
-    """Accepted steps; row 0 is the start."""
-
-    time: Array  # shape (c,)
-    q: Array  # shape (c, n)
-    v: Array  # shape (c, n)
-    a: Array  # shape (c, n)
-    wrench: Array  # shape (c, 3)
-    load: Array  # vertical load on the base at the inner stage and at the end, shape (c, 2)
-    work: Array  # done by the base, lost in joints, given to contacts, lost in friction, (c, 4)
 
 
 class StepWork(NamedTuple):
@@ -96,7 +84,7 @@ class StepWork(NamedTuple):
     v1: Array
     a1: Array
     load: Array  # vertical load on the base at both stages [N], shape (2,)
-    power: Array  # rates of `Record.work` at both stages [W], shape (2, 4)
+    power: Array  # rates of `HalfState.work` at both stages [W], shape (2, 4)
     twist: Array  # of the tip at the end [m/s, m/s, rad/s], shape (3,)
     modes: ContactModes  # at the inner stage
     margin: Array  # at both stages, shape (2, k, 2)
@@ -174,7 +162,7 @@ def time_to_event(h: float, state: HalfState, work: Work, scratch: StepWork) -> 
 
 @kernel
 def stage_power(model: Model, s: float, v: Array, work: Work, power: Array) -> None:
-    """Rates of `Record.work` at the end of a stage [W], into `power`, shape (4,)."""
+    """Rates of `HalfState.work` at the end of a stage [W], into `power`, shape (4,)."""
     contact, tip = work.contact, work.tip
     power[0] = -work.tip.root_force[0] * work.base[1]
     power[1] = 0.0
@@ -194,15 +182,12 @@ def integrate(
     motion: Motion,
     tolerance: float,
     state: HalfState,
-    record: Record,
-    filled: int,
     work: Work,
     scratch: StepWork,
-) -> tuple[int, int]:
-    """Step `state` to the end of `motion`; record accepted steps from row `filled` on.
+) -> int:
+    """Step `state` to the end of `motion`.
 
-    Returns a status (DONE, FULL: the record needs more rows, STUCK, NOT_FINITE) and the
-    number of rows filled.  On a failure `state` is the last accepted one.
+    Returns DONE, STUCK or NOT_FINITE.  On a failure `state` is the last accepted one.
     """
     n = state.q.size
     end = motion.time[-1]
@@ -212,8 +197,6 @@ def integrate(
         t = state.clock[0]
         while segment + 1 < segments and motion.time[segment + 1] <= t:
             segment += 1
-        if filled >= record.time.size:
-            return FULL, filled
         # A step ends where the velocity jumps.
         jump = max(jump, segment + 1)
         while jump < segments and not motion.jump[jump]:
@@ -229,7 +212,7 @@ def integrate(
         error, landed = 0.0, False
         while True:
             if h < SMALLEST_STEP and h < stop - t:
-                return STUCK, filled
+                return STUCK
             error = _try_step(model, motion, tolerance, segment, fresh, t, h, state, work, scratch)
             if error <= 1.0:
                 event = _hidden_event(
@@ -251,7 +234,7 @@ def integrate(
                 h, landed = shorter, False
         for i in range(n):
             if not np.isfinite(scratch.q[i]):
-                return NOT_FINITE, filled
+                return NOT_FINITE
         state.clock[0] = stop if h == stop - t else t + h
         growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
         if landed:
@@ -259,9 +242,7 @@ def integrate(
         elif h * growth > state.clock[1] or h < stop - t:
             state.clock[1] = h * growth
         _accept(model, h, state, work, scratch)
-        _write(state, scratch, record, filled)
-        filled += 1
-    return DONE, filled
+    return DONE
 
 
 @kernel
@@ -355,22 +336,6 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
 
 
 @kernel
-def _write(state: HalfState, scratch: StepWork, record: Record, row: int) -> None:
-    """Record an accepted step."""
-    record.time[row] = state.clock[0]
-    for i in range(state.q.size):
-        record.q[row, i] = state.q[i]
-        record.v[row, i] = state.v[i]
-        record.a[row, i] = state.a[i]
-    for j in range(3):
-        record.wrench[row, j] = state.wrench[j]
-    for j in range(4):
-        record.work[row, j] = state.work[j]
-    record.load[row, 0] = scratch.load[0]
-    record.load[row, 1] = scratch.load[1]
-
-
-@kernel
 def _try_step(
     model: Model,
     motion: Motion,
@@ -428,4 +393,4 @@ def _try_step(
         defect = max(0.0, defect - NOISE * work.contact.noise[0])
         weight = np.sqrt(h * crowding(state, h) / MEMORY)
         error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, weight))
-    return error
+    return float(error)

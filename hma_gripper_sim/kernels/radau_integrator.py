@@ -34,12 +34,10 @@ from hma_gripper_sim.kernels.hidden_events import (
 )
 from hma_gripper_sim.kernels.integrator import (
     DONE,
-    FULL,
     MEMORY,
     NOT_FINITE,
     STUCK,
     HalfState,
-    Record,
     crowding,
 )
 from hma_gripper_sim.kernels.radau import (
@@ -58,6 +56,8 @@ from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
 
+FULL = -1  # the record needs more rows
+
 SHORTEST_EULER, LONGEST_EULER = 1e-12, 1e-5  # s; bounds of the step that finds modes
 PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
 # able to stop what has moved on since then
@@ -67,8 +67,8 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 FAILED = 0.25  # shorter when the iteration does not converge
 CALM = 1e-8  # of the error accepted: smaller ones are taken as this
 
-# What the embedded estimates, of order 3, of a step may show at a tolerance of 1.  The result is of
-# order 5 where nothing happens but of less beside events: over random scenes the error of a run goes
+# What the embedded estimates, of order 3, of a step may show at a tolerance of 1.  The result is
+# of order 5 where nothing happens but of less beside events: over random scenes a run's error goes
 # with the power 0.8 of what its steps show.  What is off in the angles can last, as where a contact
 # sticks, and shifts the time at which it slips; what is off in the force is over with the step.
 ESTIMATE, POWER = 6.0, 1.25
@@ -79,6 +79,18 @@ LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
 KINK = 1e-3  # of the step: how exactly a kink of the contact's geometry is met at least
 KINK_HALVINGS = 40
+
+
+class Record(NamedTuple):
+    """Accepted steps; row 0 is the start."""
+
+    time: Array  # shape (c,)
+    q: Array  # shape (c, n)
+    v: Array  # shape (c, n)
+    a: Array  # shape (c, n)
+    wrench: Array  # shape (c, 3)
+    load: Array  # vertical load on the base at the stages, the last at the end, shape (c, 3)
+    work: Array  # see `HalfState.work`, shape (c, 4)
 
 
 class RadauScratch(NamedTuple):
@@ -367,7 +379,7 @@ def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) 
 def _add_work(
     model: Model, motion: Motion, segment: int, t: float, h: float, work: Array, step: RadauWork
 ) -> None:
-    """Integrate the rates of `Record.work` over a step into `work`, shape (4,)."""
+    """Integrate the rates of `HalfState.work` over a step into `work`, shape (4,)."""
     stages, found = step.stages, step.contacts
     for i in range(3):
         base_motion(motion, segment, t + NODES[i] * h, step.base)
@@ -409,8 +421,8 @@ def integrate_radau(
 ) -> tuple[int, int]:
     """Step `state` to the end of `motion`; record accepted steps from row `filled` on.
 
-    As `kernels.integrator.integrate`, but for the load in the record: that at the three stages,
-    shape (c, 3).
+    Returns DONE, FULL, STUCK or NOT_FINITE, and the number of rows filled.  On a failure `state`
+    is the last accepted one.  ``scratch.going`` is 0 at the start of a run.
     """
     step, margin = scratch.step, scratch.margin
     stages, contacts = step.stages, step.contacts
@@ -554,4 +566,10 @@ def integrate_radau(
         filled += 1
         scratch.going[0] = h
         fresh, first = landed, False
+    for k in range(count):  # a tick that goes on from here knows no rates of change
+        for event in range(2):
+            state.margin[k, event] = (
+                margin[0, k, event] if np.isfinite(margin[0, k, event]) else 0.0
+            )
+            state.drift[k, event] = 0.0
     return DONE, filled
