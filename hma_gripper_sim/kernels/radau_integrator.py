@@ -39,6 +39,7 @@ from hma_gripper_sim.kernels.integrator import (
     STUCK,
     HalfState,
     crowding,
+    stage_power,
 )
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
@@ -58,7 +59,10 @@ Array = NDArray[np.float64]
 
 FULL = -1  # the record needs more rows
 
-SHORTEST_EULER, LONGEST_EULER = 1e-12, 1e-5  # s; bounds of the step that finds modes
+SHORTEST_EULER = 1e-12  # s; of the step that finds modes
+LONGEST_EULER = 0.02  # s per tolerance; likewise
+TRIES = 4  # of such steps, until the modes found are taken although a margin is negative
+ROUNDING = 1e-12  # of a margin
 PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
 # able to stop what has moved on since then
 SMALLEST_STEP = 1e-9  # s
@@ -105,6 +109,7 @@ class RadauScratch(NamedTuple):
     margin: Array
     pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
     passage: PassageWork
+    power: Array  # rates of `HalfState.work` [W], shape (4,)
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
@@ -121,6 +126,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         np.zeros((4, k, 2)),
         np.zeros((2, 3)),
         passage_work(q.size, len(model.fingertip.points), k),
+        np.zeros(4),
         np.zeros(1),
     )
 
@@ -199,8 +205,11 @@ def _first_event(margin: Array) -> float:
         for event in range(2):
             f = margin[0, k, event]
             if np.isfinite(f):
-                zero = _first_zero(f, margin[1, k, event], margin[2, k, event], margin[3, k, event])
-                first = min(first, zero)
+                f0, f1, f2 = margin[1, k, event], margin[2, k, event], margin[3, k, event]
+                # Contacts that share a force may be beyond their own margins: then what counts
+                # is whether they go further.
+                low = min(0.0, f) - ROUNDING * max(abs(f), abs(f0), abs(f1), abs(f2))
+                first = min(first, _first_zero(f - low, f0 - low, f1 - low, f2 - low))
     return first
 
 
@@ -312,6 +321,9 @@ def _find_modes(
         if modes.normal[k] == GRAZING and not model.fingertip.along_tip_normal:
             modes.normal[k] = CLOSED
         modes.stick_force[k] = contact.friction_force[k]
+    stage_power(model, s, scratch.v, work, scratch.power)
+    for j in range(4):
+        state.work[j] += duration * scratch.power[j]
     for i in range(state.q.size):
         state.q[i] = scratch.q[i]
         state.v[i] = scratch.v[i]
@@ -431,7 +443,7 @@ def integrate_radau(
     end, segments = motion.time[-1], motion.jump.size
     estimate = ESTIMATE * tolerance**POWER
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
-    shortly = PAST * met
+    shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance), 0
     segment, jump, euler = 0, 0, shortly
     first = scratch.going[0] == 0.0
     fresh = first
@@ -464,10 +476,12 @@ def integrate_radau(
             state.counts[0] += 1
             _write(state, stages.load, record, filled)
             filled += 1
-            fresh, first = False, True
+            fresh, first, tries = False, True, tries + 1
             for k in range(count):
                 fresh |= margin[0, k, 0] < 0.0 or margin[0, k, 1] < 0.0
-            euler = min(2.0 * euler, LONGEST_EULER) if fresh else shortly
+            fresh &= tries < TRIES
+            if fresh:
+                euler = min(2.0 * euler, longest)
             continue
         h = min(clock[1], stop - t)
         if stop - t - h < 0.1 * h:
@@ -538,7 +552,7 @@ def integrate_radau(
             else:
                 guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
         if h < SMALLEST_STEP and h < stop - t:  # the modes cannot be held any longer
-            fresh, euler = True, min(2.0 * euler, LONGEST_EULER)
+            fresh, euler = True, min(2.0 * euler, longest)
             continue
         for i in range(n):
             if not np.isfinite(stages.q[2, i]):
@@ -565,7 +579,9 @@ def integrate_radau(
         _write(state, stages.load, record, filled)
         filled += 1
         scratch.going[0] = h
-        fresh, first = landed, False
+        fresh, first, tries = landed, False, 0
+        # Where events crowd they are passed by longer steps.
+        euler = min(2.0 * euler, longest) if h < 2.0 * euler else shortly
     for k in range(count):  # a tick that goes on from here knows no rates of change
         for event in range(2):
             state.margin[k, event] = (

@@ -13,16 +13,9 @@ from hma_gripper_sim.contour import Circle, Contour, RoundedBox
 from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, STICK
-from hma_gripper_sim.kernels.integrator import (
-    DONE,
-    HalfState,
-    Motion,
-    Record,
-    base_motion,
-    integrate,
-    step_work,
-)
+from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
     collocation_state,
@@ -32,7 +25,6 @@ from hma_gripper_sim.kernels.radau import (
     radau_work,
 )
 from hma_gripper_sim.kernels.radau_contact import solve_dense
-from hma_gripper_sim.kernels.radau_integrator import integrate_radau, radau_scratch
 from hma_gripper_sim.kernels.radau_method import (
     ALPHA_BETA,
     FROM_COMPLEX,
@@ -44,10 +36,11 @@ from hma_gripper_sim.kernels.radau_method import (
     TO_COMPLEX,
     TO_REAL,
 )
-from hma_gripper_sim.kernels.stage import Model, allocate
+from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.motion import follow
+from hma_gripper_sim.outcome import Outcome
 from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import Simulation
+from hma_gripper_sim.simulation import Half, Simulation
 
 SPEED = 0.004  # m/s
 ACCURACY = 1e-11  # of the steps' iterations, far below the errors that are measured
@@ -74,8 +67,7 @@ def accelerate(start: float, duration: float, acceleration: float) -> Motion:
     return Motion(
         np.array([start, start + duration]),
         np.array([travel, travel + way]),
-        np.array([SPEED]),
-        np.array([acceleration]),
+        np.array([[SPEED, acceleration]]),
         np.array([True]),
     )
 
@@ -279,33 +271,12 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
         contact=contact,
         discretisation="thesis" if contact == "sampled" else "gauss",
     )
-    model, n = scene.models[0], len(scene.half.chain.rest)
     motion = follow(lambda t: SPEED if t < 0.4 else 0.0, 0.0, 0.0, 0.5)
-    ends, steps = [], []
-    for columns in (2, 3):
-        state, work = copy_state(scene.start_states[0]), allocate(model)
-        rows = 20000
-        record = Record(
-            np.zeros(rows),
-            np.zeros((rows, n)),
-            np.zeros((rows, n)),
-            np.zeros((rows, n)),
-            np.zeros((rows, 3)),
-            np.zeros((rows, columns)),
-            np.zeros((rows, 4)),
-        )
-        if columns == 2:
-            scratch = step_work(n, len(work.contact.slip))
-            status, filled = integrate(model, motion, 1e-6, state, record, 1, work, scratch)
-        else:
-            status, filled = integrate_radau(
-                model, motion, 1e-6, state, record, 1, work, radau_scratch(model)
-            )
-        assert status == DONE
-        ends.append(state)
-        steps.append(filled)
-    old, new = ends
-    assert steps[1] < steps[0] / 3
+    ticking, running = (Half(scene.models[0], scene.start_states[0]) for _ in range(2))
+    assert ticking.tick(motion, 1e-6) is Outcome.CONVERGED
+    assert running.run(motion, 1e-6)[0] is Outcome.CONVERGED
+    old, new = ticking.state, running.state
+    assert new.counts[0] < old.counts[0] / 3
     assert new.modes.normal.tolist() == old.modes.normal.tolist()
     assert max(old.modes.normal) == CLOSED
     np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.clock[2])
