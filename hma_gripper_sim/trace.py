@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from hma_gripper_sim.bending import section_moments
 from hma_gripper_sim.contact_warnings import UnmodelledContactWarning
@@ -30,6 +30,9 @@ from hma_gripper_sim.validity import Finding, findings
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array]
 
+FAR_TURN, FAR_WAY = 0.05, 2e-3
+"""How far bodies may turn [rad] and the base move [m] between two states searched for touches."""
+
 ROUND_OFF = 1e-6
 """How far the last sample may lie beyond the end because of rounding, in sample periods."""
 
@@ -37,8 +40,8 @@ ROUND_OFF = 1e-6
 class Trace:
     """Results of a run, at multiples of the sample period.
 
-    Forces come from the solver's own stages and angles from cubic Hermite interpolation
-    between its steps; joint arrays are computed when they are first asked for.
+    Forces come from the solver's own stages, angles and rates from cubic Hermite interpolation
+    between its steps, bending moments from monotone cubics; joint arrays are computed when they are first asked for.
 
     Attributes
     ----------
@@ -130,9 +133,8 @@ class Trace:
 
     def phi_rate(self, side: str) -> Array:
         """Rate of the angle of deflection of one side, tangent [rad/s], shape (n_samples,)."""
-        record = self._record(side)
-        rates = record.v @ self.scene.half.phi_weights
-        return np.interp(self.time, record.time, rates)
+        record, weights = self._record(side), self.scene.half.phi_weights
+        return _hermite(self.time, record.time, record.v @ weights, record.a @ weights)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -158,7 +160,10 @@ class Trace:
         """Largest bending moment of any section of one side [N m], shape (n_samples,)."""
         record = self._record(side)
         knots = section_moments(self.scene, record.q, record.v, record.a, record.wrench)
-        return np.asarray(np.abs(_linear(self.time, record.time, knots)).max(axis=1))
+        if len(knots) == 1:
+            return np.full(len(self.time), np.abs(knots).max())
+        moments = PchipInterpolator(record.time, knots)(self.time)
+        return np.asarray(np.abs(moments).max(axis=1))
 
     @cached_property
     def max_bending_moment(self) -> float:
@@ -231,7 +236,7 @@ class Trace:
         """Joint angles and rates of one half in its own frame, shape (n_samples, n)."""
         record = self._record(side)
         angles = _hermite(self.time, record.time, record.q, record.v)
-        return angles, _linear(self.time, record.time, record.v)
+        return angles, _hermite(self.time, record.time, record.v, record.a)
 
     def _record(self, side: str) -> HalfRecord:
         return self._right if choice(side, SIDES, field="side") == "right" else self._left
@@ -283,13 +288,27 @@ def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Arr
 
 
 def _recorded(motion: Motion, records: list[HalfRecord]) -> list[Recorded]:
-    """Records with the travel and the other half's angles at their steps."""
+    """States of both halves along the run, close enough to each other to search for touches."""
     recorded = []
     for record, other in zip(records, reversed(records), strict=True):
-        angles = record.q if other is record else _linear(record.time, other.time, other.q)
-        travel = evaluate(motion, record.time)[0]
-        recorded.append(Recorded(record.time, travel, record.q, angles))
+        time = _divided(motion, record)
+        angles = _hermite(time, record.time, record.q, record.v)
+        others = angles if other is record else _hermite(time, other.time, other.q, other.v)
+        recorded.append(Recorded(time, evaluate(motion, time)[0], angles, others))
     return recorded
+
+
+def _divided(motion: Motion, record: HalfRecord) -> Array:
+    """Times of a record, and between those of long steps so many that no body moves far [s]."""
+    h = np.diff(record.time)[:, None]
+    rate = np.maximum(np.abs(record.v[:-1]), np.abs(record.v[1:]))
+    turn = np.maximum(np.abs(np.diff(record.q, axis=0)), h * rate).sum(axis=1)
+    way = np.abs(np.diff(evaluate(motion, record.time)[0]))
+    parts = np.ceil(np.maximum(turn / FAR_TURN, way / FAR_WAY)).clip(1.0).astype(np.intp)
+    step = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(step)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[step]
+    time = record.time[step] + share * h[step, 0]
+    return np.append(time, record.time[-1])
 
 
 def _hermite(at: Array, time: Array, rows: Array, rates: Array) -> Array:
@@ -297,12 +316,3 @@ def _hermite(at: Array, time: Array, rows: Array, rates: Array) -> Array:
     if len(time) == 1:
         return np.repeat(rows, len(at), axis=0)
     return np.asarray(CubicHermiteSpline(time, rows, rates)(at))
-
-
-def _linear(at: Array, time: Array, rows: Array) -> Array:
-    """Linear interpolation of all columns of `rows`."""
-    if len(time) == 1:
-        return np.repeat(rows, len(at), axis=0)
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    share = ((at - time[i]) / (time[i + 1] - time[i]))[:, None]
-    return np.asarray(rows[i] + share * (rows[i + 1] - rows[i]))

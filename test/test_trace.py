@@ -164,7 +164,7 @@ def test_failed_run_says_so(design: GripperDesign) -> None:
     stats = simulate(Scene(design, Circle(0.015)), 0.004, 2.0).stats
     assert stats.converged
     assert stats.steps > 10
-    assert stats.newton_iterations >= 2 * stats.steps
+    assert stats.newton_iterations >= stats.steps
     assert stats.wall_time > 0.0
     from hma_gripper_sim import Outcome
 

@@ -33,6 +33,7 @@ from hma_gripper_sim.kernels.hidden_events import (
     passage_work,
 )
 from hma_gripper_sim.kernels.integrator import (
+    COARSEST,
     DONE,
     MEMORY,
     NOT_FINITE,
@@ -66,7 +67,7 @@ ROUNDING = 1e-12  # of a margin
 PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
 # able to stop what has moved on since then
 SMALLEST_STEP = 1e-9  # s
-RESTART = 1e-4  # s; first step after a jump or an event
+RESTART = 1e-4  # s; first step after the first jump or event, and the least after others
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 FAILED = 0.25  # shorter when the iteration does not converge
 CALM = 1e-8  # of the error accepted: smaller ones are taken as this
@@ -76,7 +77,7 @@ CALM = 1e-8  # of the error accepted: smaller ones are taken as this
 # with the power 0.8 of what its steps show.  What is off in the angles can last, as where a contact
 # sticks, and shifts the time at which it slips; what is off in the force is over with the step.
 ESTIMATE, POWER = 6.0, 1.25
-ANGLE, FORCE = 0.03, 3.0  # shares of that, in rad and relative to the largest force so far
+ANGLE, FORCE = 0.01, 4.0  # shares of that, in rad and relative to the largest force so far
 ACCURACY = 1e-2  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
@@ -441,10 +442,11 @@ def integrate_radau(
     modes, clock = state.modes, state.clock
     n, count = state.q.size, state.modes.normal.size
     end, segments = motion.time[-1], motion.jump.size
+    tolerance = min(tolerance, COARSEST)
     estimate = ESTIMATE * tolerance**POWER
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
     shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance), 0
-    segment, jump, euler = 0, 0, shortly
+    segment, jump, euler, restart = 0, 0, shortly, RESTART
     first = scratch.going[0] == 0.0
     fresh = first
     while segment + 1 < segments and motion.time[segment + 1] <= clock[0]:
@@ -469,7 +471,7 @@ def integrate_radau(
                     return STUCK, filled
                 continue
             clock[0] = stop if duration == stop - t else t + duration
-            clock[1] = min(clock[1], RESTART)
+            clock[1] = min(clock[1], restart)
             clock[2] = max(clock[2], abs(state.load[0]))
             for i in range(3):
                 stages.load[i] = state.load[0]
@@ -574,6 +576,8 @@ def integrate_radau(
         clock[2] = max(clock[2], abs(state.load[0]))
         if h * growth > clock[1] or (h < stop - t and landings == 0):
             clock[1] = h * growth
+        if first:  # after the next event as after this one
+            restart = max(RESTART, h * growth)
         clock[3] = crowding(state, h)
         state.counts[0] += 1
         _write(state, stages.load, record, filled)
