@@ -41,7 +41,8 @@ class Trace:
     """Results of a run, at multiples of the sample period.
 
     Forces come from the solver's own stages, angles and rates from cubic Hermite interpolation
-    between its steps, bending moments from monotone cubics; joint arrays are computed when they are first asked for.
+    between its steps, bending moments from monotone cubics; joint arrays are computed when they
+    are first asked for.
 
     Attributes
     ----------
