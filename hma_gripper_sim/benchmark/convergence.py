@@ -130,7 +130,7 @@ def _swing(task: Task) -> Task:
 
 def _time_steps(task: Task, text: str, full: bool, tick: Callable[[], None]) -> Study:
     scene = replace(task.scene, symmetry=None)
-    reference = _reference(task, scene, 1e-9 if full else 1e-7)
+    reference = _reference(task, scene, 1e-8 if full else 1e-7)
     tick()
     rows = []
     for exponent in (2, 3, 4, 5, 6) if full else (2, 3, 4):

@@ -30,7 +30,7 @@ STROKE = 0.028  # m
 DEVIATION_BOUND = 0.01  # of the largest force, to a run at a 10 times tighter tolerance
 ENERGY_BOUND = 0.005  # of the largest term of the energy balance
 TIGHTER = 0.1
-TIGHTEST = 1e-10  # tolerance that `Simulation` accepts
+TIGHTEST = 1e-8  # tolerance that `Simulation` accepts
 CHAOTIC = 2.0  # how far two runs of a chaotic scene may deviate, in sensitivities
 NUDGES = (1e-12, 2e-12, 3e-12)  # m; far less than an atom
 

@@ -16,7 +16,7 @@ BOTH = "this package, both halves"
 ONE = "this package, one half"
 REDUCED = "this package, reduced"
 
-REFERENCE_TOLERANCE = 1e-9
+REFERENCE_TOLERANCE = 1e-8
 REFERENCE_PERIOD = 0.0005  # s
 QUICK_REFERENCE_TOLERANCE = 1e-7
 
