@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 
 SPEED = 0.004  # m/s, as in the thesis
 STROKE = 0.028  # m
-DEVIATION_BOUND = 0.01  # of the largest force, to a run at a 10 times tighter tolerance
+# Of the largest force, to a run at a 10 times tighter tolerance.  A fall from an edge that comes a
+# sample late makes one percent by itself.
+DEVIATION_BOUND = 0.02
 ENERGY_BOUND = 0.005  # of the largest term of the energy balance
 TIGHTER = 0.1
 TIGHTEST = 1e-8  # tolerance that `Simulation` accepts

@@ -61,7 +61,7 @@ Array = NDArray[np.float64]
 FULL = -1  # the record needs more rows
 
 SHORTEST_EULER = 1e-12  # s; of the step that finds modes
-LONGEST_EULER = 0.02  # s per tolerance; likewise
+LONGEST_EULER = 1e-4  # s, for a tolerance of 1, falling with its fourth root; likewise
 TRIES = 4  # of such steps, until the modes found are taken although a margin is negative
 ROUNDING = 1e-12  # of a margin
 PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
@@ -77,7 +77,7 @@ CALM = 1e-8  # of the error accepted: smaller ones are taken as this
 # with the power 0.8 of what its steps show.  What is off in the angles can last, as where a contact
 # sticks, and shifts the time at which it slips; what is off in the force is over with the step.
 ESTIMATE, POWER = 6.0, 1.25
-ANGLE, FORCE = 0.01, 4.0  # shares of that, in rad and relative to the largest force so far
+ANGLE, FORCE = 0.01, 2.5  # shares of that, in rad and relative to the largest force so far
 ACCURACY = 1e-2  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
@@ -445,7 +445,7 @@ def integrate_radau(
     tolerance = min(tolerance, COARSEST)
     estimate = ESTIMATE * tolerance**POWER
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
-    shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance), 0
+    shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance**0.25), 0
     segment, jump, euler, restart = 0, 0, shortly, RESTART
     first = scratch.going[0] == 0.0
     fresh = first
