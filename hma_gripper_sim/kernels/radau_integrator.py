@@ -1,4 +1,4 @@
-"""Time integration of one half by Radau IIA(5): for tight tolerances.
+"""Time integration of one half by Radau IIA(5): whole runs.
 
 Between events the motion is smooth and the contact modes are held; a step in which one of them
 would change is repeated to end there.  Then, as after a jump of the commanded motion, a tiny
