@@ -77,7 +77,7 @@ def test_the_loaded_cantilever_comes_to_rest_where_it_is_in_equilibrium():
 
 
 def test_a_verdict_names_every_defect():
-    verdict = Verdict(Outcome.CONVERGED, 0.02, 0.001, 0.01, False, 1, 0, 0.1)
+    verdict = Verdict(Outcome.CONVERGED, 0.03, 0.001, 0.01, False, 1, 0, 0.1)
     assert len(verdict.failures) == 3
     assert Verdict(Outcome.CONVERGED, 0.0, None, 0.0, True, 1, 0, 0.1).failures == ()
     assert Verdict(Outcome.NO_EQUILIBRIUM, None, None, None, True, 0, 0, 0.1).failures == ()
