@@ -46,6 +46,7 @@ from hma_gripper_sim.trace import Trace, beam_tangent, joint_rows
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
+EST: list = []
 ROWS = 256  # of the record of a run before it first grows
 OUTCOMES = {
     DONE: Outcome.CONVERGED,
@@ -120,6 +121,8 @@ class Half:
         record = _empty_record(state)
         filled = 1
         self.run_scratch.going[0] = 0.0
+        e = self.run_scratch.error
+        e.angle[:] = 0; e.rate[:] = 0; e.square[:] = 0
         while True:
             status, filled = integrate_radau(
                 self.model, motion, tolerance, state, record, filled, self.work, self.run_scratch
@@ -127,6 +130,7 @@ class Half:
             if status != FULL:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
+        self.est = np.sqrt(e.square/motion.time[-1]); EST.append((self.est[0]/state.clock[2],self.est[1]))
         self.state = state
         return OUTCOMES[status], HalfRecord(*(part[:filled] for part in record))
 

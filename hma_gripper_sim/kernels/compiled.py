@@ -48,5 +48,5 @@ def kernel(function: Kernel) -> Kernel:
     """
     if not COMPILED:
         return function
-    compiled = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+    compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True)
     return cast(Kernel, compiled(function))

@@ -284,7 +284,7 @@ def _factorise(
 
 
 @kernel
-def _free_response(
+def free_response(
     chain: Chain, tangent: Tangent, imbalance: Array, load: Array, free: Array
 ) -> None:
     """Inward sweeps: how tip and base answer to the imbalances alone.
@@ -308,7 +308,7 @@ def _free_response(
 
 
 @kernel
-def _increments(chain: Chain, tangent: Tangent, change: Array, z: Array, load: Array) -> float:
+def increments(chain: Chain, tangent: Tangent, change: Array, z: Array, load: Array) -> float:
     """Outward sweeps: correct the joint increments `z` and the `load` on the base.
 
     `change` is that of the contact wrenches, shape (3, 3).  Returns the largest rotation of a
@@ -424,7 +424,7 @@ def radau_step(
             ):
                 return 0
             continue
-        _free_response(chain, work.tangent, stages.imbalance, stages.load, contacts.free)
+        free_response(chain, work.tangent, stages.imbalance, stages.load, contacts.free)
         if touching:
             if not solve_stage_contacts(
                 model.fingertip,
@@ -443,7 +443,7 @@ def radau_step(
                 contacts.compliance,
                 contacts.increment,
             )
-        turn = _increments(chain, work.tangent, contacts.change, stages.z, stages.load)
+        turn = increments(chain, work.tangent, contacts.change, stages.z, stages.load)
         if not turn < MAX_TURN:
             return 0
         force = 0.0

@@ -169,7 +169,7 @@ def _evaluate_stages(
 
 
 @kernel
-def _build_matrix(h: float, work: StageContacts) -> None:
+def build_matrix(h: float, work: StageContacts) -> None:
     """Set up the tangent of the residual: ``1 - compliance d(wrench)/d(pose)``."""
     for other in range(3):
         for j in range(3):
@@ -224,7 +224,7 @@ def solve_stage_contacts(
                     work.change[i, j] = work.law_wrench[i, j] - work.wrench[i, j]
                     work.wrench[i, j] = work.law_wrench[i, j]
             return True
-        _build_matrix(h, work)
+        build_matrix(h, work)
         if not solve_dense(work.matrix, work.residual):
             return False
         for i in range(3):

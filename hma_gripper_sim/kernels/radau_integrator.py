@@ -26,6 +26,7 @@ from hma_gripper_sim.kernels.contact import (
     copy_modes,
     touched_part,
 )
+from hma_gripper_sim.kernels.error_propagation import ErrorWork, error_work, propagate_error
 from hma_gripper_sim.kernels.hidden_events import (
     CLOSE,
     PassageWork,
@@ -111,6 +112,7 @@ class RadauScratch(NamedTuple):
     pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
     passage: PassageWork
     power: Array  # rates of `HalfState.work` [W], shape (4,)
+    error: ErrorWork
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
@@ -128,6 +130,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         np.zeros((2, 3)),
         passage_work(q.size, len(model.fingertip.points), k),
         np.zeros(4),
+        error_work(q.size),
         np.zeros(1),
     )
 
@@ -559,6 +562,7 @@ def integrate_radau(
         for i in range(n):
             if not np.isfinite(stages.q[2, i]):
                 return NOT_FINITE, filled
+        propagate_error(model, motion, segment, t, h, modes, step, scratch.error)
         for i in range(n):
             state.q[i] = stages.q[2, i]
             state.v[i] = stages.v[2, i]

@@ -1,0 +1,181 @@
+"""How the errors that steps have made so far act on: linearised about the computed motion.
+
+A step maps a small error of the state at its start to one at its end.  That map is solved for
+like a correction of the step itself: with its factorised chain and the tangents of its contacts,
+modes held.  Each step adds what its embedded solution shows of its own error.  So the growth of
+errors by instabilities, as in a snap or in undamped impacts, shows while the run is under way.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.base_motion import Motion, base_motion
+from hma_gripper_sim.kernels.chain import place
+from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.contact import OPEN, ContactModes
+from hma_gripper_sim.kernels.radau import RadauWork, free_response, increments
+from hma_gripper_sim.kernels.radau_chain import imbalances
+from hma_gripper_sim.kernels.radau_contact import build_matrix, solve_dense
+from hma_gripper_sim.kernels.radau_method import EMBEDDED, GAMMA, INVERSE, NODES
+from hma_gripper_sim.kernels.stage import Model
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 1e-7  # rad; displacement by which directional derivatives are taken
+LARGEST = 1.0  # rad; errors beyond mean that nothing is known any more
+OWN = 0.1  # share of the embedded estimate, of order 3, that stands for the error of a step
+
+
+class ErrorWork(NamedTuple):
+    """The propagated error and buffers."""
+
+    angle: Array  # error of the joint angles [rad], shape (n,)
+    rate: Array  # error of their rates [rad/s], shape (n,)
+    increment: Array  # of the stages, shape (3, n)
+    moment: Array  # scratch, shape (3, n): by both displacements, and without
+    moved: Array  # scratch: displaced angles and rates, shape (2, n)
+    pose: Array  # scratch: of the tip, pose and twist as displaced and not, shape (6, 3)
+    load: Array  # error of the vertical load at the stages [N], shape (3,)
+    square: Array  # integrals of the squared errors: load [N^2 s], angle [rad^2 s]; shape (2,)
+
+
+def error_work(n: int) -> ErrorWork:
+    """Allocate the buffers for a chain of `n` joints; no error."""
+    angle, rate = np.zeros((2, n))
+    return ErrorWork(
+        angle,
+        rate,
+        np.zeros((3, n)),
+        np.zeros((3, n)),
+        np.zeros((2, n)),
+        np.zeros((6, 3)),
+        np.zeros(3),
+        np.zeros(2),
+    )
+
+
+@kernel
+def _displace(
+    model: Model, work: RadauWork, angle: float, rate: float, h: float, row: int, error: ErrorWork
+) -> None:
+    """Joint moments, pose and twist of the tip at the step's end, displaced along the error.
+
+    By `angle` times its angles, `rate` times its rates, and `h` times its rates in the angles.
+    """
+    stages = work.stages
+    for j in range(error.angle.size):
+        error.moved[0, j] = stages.q[2, j] + angle * error.angle[j] + h * error.rate[j]
+        error.moved[1, j] = stages.v[2, j] + rate * error.rate[j]
+    q, v, wrench = error.moved[0], error.moved[1], work.contacts.wrench[2]
+    place(model.chain, work.base, model.gravity, q, v, stages.a[2], work.chain, work.tip)
+    imbalances(model.chain, q, v, wrench, work.chain, error.moment[row])
+    for j in range(3):
+        error.pose[2 * row, j] = work.tip.pose[j]
+        error.pose[2 * row + 1, j] = work.tip.twist[j]
+
+
+@kernel
+def propagate_error(
+    model: Model,
+    motion: Motion,
+    segment: int,
+    t: float,
+    h: float,
+    modes: ContactModes,
+    work: RadauWork,
+    error: ErrorWork,
+) -> None:
+    """Carry the error of the state over the step in `work`, and add the step's own."""
+    n, contacts = error.angle.size, work.contacts
+    size = 0.0
+    for j in range(n):
+        size = max(size, abs(error.angle[j]), h * abs(error.rate[j]))
+    for i in range(3):
+        error.load[i] = 0.0
+        for j in range(n):
+            error.increment[i, j] = 0.0
+    if size > 0.0:
+        base_motion(motion, segment, t + h, work.base)
+        small = DIFFERENCE / size
+        _displace(model, work, 0.0, 0.0, 0.0, 2, error)
+        _displace(model, work, small, small, 0.0, 0, error)
+        _displace(model, work, 0.0, 0.0, small * h, 1, error)
+        for row in range(2):
+            for j in range(n):
+                error.moment[row, j] = (error.moment[row, j] - error.moment[2, j]) / small
+            for j in range(3):
+                error.pose[2 * row, j] = (error.pose[2 * row, j] - error.pose[4, j]) / small
+                error.pose[2 * row + 1, j] = (error.pose[2 * row + 1, j] - error.pose[5, j]) / small
+        for i in range(3):
+            for j in range(n):
+                work.stages.imbalance[i, j] = error.moment[0, j] + NODES[i] * error.moment[1, j]
+        free_response(
+            model.chain, work.tangent, work.stages.imbalance, error.load, contacts.free
+        )
+        touching = False
+        for k in range(modes.normal.size):
+            touching |= modes.normal[k] != OPEN
+        _contact_response(h, touching, work, error)
+        increments(model.chain, work.tangent, contacts.change, error.increment, error.load)
+    for j in range(n):
+        z0, z1, z2 = error.increment[0, j], error.increment[1, j], error.increment[2, j]
+        error.angle[j] += h * error.rate[j] + z2
+        error.rate[j] += (INVERSE[2, 0] * z0 + INVERSE[2, 1] * z1 + INVERSE[2, 2] * z2) / h
+    turn, largest, z = 0.0, 0.0, work.stages.z
+    for j in range(n):
+        turn += error.angle[j]
+        largest = max(largest, abs(turn))
+    error.square[0] += h * error.load[2] ** 2
+    error.square[1] += h * min(largest, LARGEST) ** 2
+    for j in range(n):
+        own = EMBEDDED[0] * z[0, j] + EMBEDDED[1] * z[1, j] + EMBEDDED[2] * z[2, j]
+        own *= OWN / GAMMA
+        error.angle[j] += own
+        error.rate[j] += own / h
+    if largest > LARGEST:
+        for j in range(n):
+            error.angle[j] *= LARGEST / largest
+            error.rate[j] *= LARGEST / largest
+
+
+@kernel
+def _contact_response(h: float, touching: bool, work: RadauWork, error: ErrorWork) -> None:
+    """Change of the contact wrenches at all stages by the error, into ``contacts.change``."""
+    contacts = work.contacts
+    for i in range(3):
+        for j in range(3):
+            contacts.change[i, j] = 0.0
+    if not touching:
+        return
+    for i in range(3):  # by what the error itself moves the tip
+        for m in range(3):
+            total = 0.0
+            for j in range(3):
+                pose = error.pose[0, j] + NODES[i] * error.pose[2, j]
+                twist = error.pose[1, j] + NODES[i] * error.pose[3, j]
+                total += contacts.by_pose[i, m, j] * pose + contacts.by_twist[i, m, j] * twist
+            contacts.change[i, m] = total
+    for i in range(3):
+        for j in range(3):
+            total = contacts.free[i, j]
+            for other in range(3):
+                for m in range(3):
+                    total += contacts.compliance[3 * i + j, 3 * other + m] * contacts.change[other, m]
+            contacts.residual[3 * i + j] = total
+    build_matrix(h, contacts)
+    if not solve_dense(contacts.matrix, contacts.residual):
+        return
+    for i in range(3):
+        for m in range(3):
+            total = 0.0
+            for j in range(3):
+                total += contacts.by_pose[i, m, j] * contacts.residual[3 * i + j]
+                rate = 0.0
+                for other in range(3):
+                    rate += INVERSE[i, other] * contacts.residual[3 * other + j]
+                total += contacts.by_twist[i, m, j] * rate / h
+            contacts.change[i, m] += total
