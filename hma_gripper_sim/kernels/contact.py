@@ -218,9 +218,10 @@ def closing_margin(
 
 @kernel
 def touched_part(fingertip: Fingertip, obstacle: Obstacle, pose: Array, k: int) -> int:
-    """What contact `k` meets: 0 a face, 1 a vertex, -1 a vertex with the capsule's flank.
+    """Number of the part of the object that contact `k` meets: its force is smooth on each.
 
-    Its force is smooth as long as this remains.
+    Faces have even numbers, vertices odd ones, and those that meet the capsule's flank negative
+    ones.
     """
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     points = fingertip.points
@@ -229,10 +230,19 @@ def touched_part(fingertip: Fingertip, obstacle: Obstacle, pose: Array, k: int) 
     if fingertip.capsule:
         hx = pose[0] + cos * points[1, 0] - sin * points[1, 1]
         hz = pose[1] + sin * points[1, 0] + cos * points[1, 1]
-        _, _, _, _, curvature, _, _, _, _ = segment_distance(obstacle, x, z, hx, hz)
+        _, nx, nz, _, curvature, _, _, _, _ = segment_distance(obstacle, x, z, hx, hz)
     else:
-        _, _, _, curvature = point_distance(obstacle, x, z)
-    return int(np.sign(curvature))
+        _, nx, nz, curvature = point_distance(obstacle, x, z)
+    # The face that looks along the direction of the distance, or the vertex furthest along it.
+    of = obstacle.normals if curvature == 0.0 else obstacle.vertices
+    part, furthest = 0, -np.inf
+    for i in range(of.shape[0]):
+        reach = nx * of[i, 0] + nz * of[i, 1]
+        if reach > furthest:
+            part, furthest = i, reach
+    if curvature == 0.0:
+        return 2 * part
+    return 2 * part + 1 if curvature > 0.0 else -1 - part
 
 
 @kernel

@@ -13,13 +13,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.accelerations import solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, base_motion
-from hma_gripper_sim.kernels.chain import place
+from hma_gripper_sim.kernels.chain import place, tip_pose
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import OPEN, ContactModes
+from hma_gripper_sim.kernels.contact import (
+    OPEN,
+    STICK,
+    ContactLaw,
+    ContactModes,
+    closing_margin,
+    contact_modes,
+    copy_modes,
+)
 from hma_gripper_sim.kernels.radau import RadauWork, free_response, increments
 from hma_gripper_sim.kernels.radau_chain import imbalances
-from hma_gripper_sim.kernels.radau_contact import build_matrix, solve_dense
+from hma_gripper_sim.kernels.radau_contact import StageContacts, build_matrix, solve_dense
 from hma_gripper_sim.kernels.radau_method import EMBEDDED, GAMMA, INVERSE, NODES
 from hma_gripper_sim.kernels.stage import Model
 
@@ -27,6 +36,7 @@ Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-7  # rad; displacement by which directional derivatives are taken
 LARGEST = 1.0  # rad; errors beyond mean that nothing is known any more
+HOLD = 1e7  # that keeps a stick, relative to the tip's own stiffness
 OWN = 0.1  # share of the embedded estimate, of order 3, that stands for the error of a step
 
 
@@ -39,12 +49,15 @@ class ErrorWork(NamedTuple):
     moment: Array  # scratch, shape (3, n): by both displacements, and without
     moved: Array  # scratch: displaced angles and rates, shape (2, n)
     pose: Array  # scratch: of the tip, pose and twist as displaced and not, shape (6, 3)
+    before: Array  # accelerations before an event [rad/s^2], shape (n,)
+    modes: ContactModes  # and modes before it
     load: Array  # error of the vertical load at the stages [N], shape (3,)
+    log: Array
     square: Array  # integrals of the squared errors: load [N^2 s], angle [rad^2 s]; shape (2,)
 
 
-def error_work(n: int) -> ErrorWork:
-    """Allocate the buffers for a chain of `n` joints; no error."""
+def error_work(n: int, candidates: int) -> ErrorWork:
+    """Allocate the buffers for a chain of `n` joints and its contacts; no error."""
     angle, rate = np.zeros((2, n))
     return ErrorWork(
         angle,
@@ -53,7 +66,10 @@ def error_work(n: int) -> ErrorWork:
         np.zeros((3, n)),
         np.zeros((2, n)),
         np.zeros((6, 3)),
+        np.zeros(n),
+        contact_modes(candidates),
         np.zeros(3),
+        np.zeros((20000, 8)),
         np.zeros(2),
     )
 
@@ -119,6 +135,7 @@ def propagate_error(
         touching = False
         for k in range(modes.normal.size):
             touching |= modes.normal[k] != OPEN
+        _hold_sticks(model.law, h, modes, contacts)
         _contact_response(h, touching, work, error)
         increments(model.chain, work.tangent, contacts.change, error.increment, error.load)
     for j in range(n):
@@ -129,6 +146,17 @@ def propagate_error(
     for j in range(n):
         turn += error.angle[j]
         largest = max(largest, abs(turn))
+    i = int(error.log[0, 0]) + 1
+    if i < 20000:
+        error.log[0, 0] = i
+        error.log[i, 0] = t + h
+        error.log[i, 1] = h
+        error.log[i, 2] = largest
+        error.log[i, 3] = error.load[2]
+        error.log[i, 4] = modes.normal[0]
+        error.log[i, 5] = modes.friction[0]
+        for j in range(n):
+            error.log[i, 6] = max(error.log[i, 6], abs(error.rate[j]))
     error.square[0] += h * error.load[2] ** 2
     error.square[1] += h * min(largest, LARGEST) ** 2
     for j in range(n):
@@ -179,3 +207,84 @@ def _contact_response(h: float, touching: bool, work: RadauWork, error: ErrorWor
                     rate += INVERSE[i, other] * contacts.residual[3 * other + j]
                 total += contacts.by_twist[i, m, j] * rate / h
             contacts.change[i, m] += total
+
+
+@kernel
+def _hold_sticks(law: ContactLaw, h: float, modes: ContactModes, contacts: StageContacts) -> None:
+    """Let no error of the slip survive where set-valued friction sticks."""
+    if law.friction == 0.0 or law.slip_velocity > 0.0:
+        return
+    for k in range(modes.normal.size):
+        if modes.normal[k] == OPEN or modes.friction[k] != STICK:
+            continue
+        for i in range(3):
+            row = contacts.slip_row[i, k]
+            answer = 0.0
+            for m in range(3):
+                for j in range(3):
+                    answer += row[m] * contacts.hold[m, j] * row[j]
+            grip = HOLD * h / (GAMMA * answer)
+            for m in range(3):
+                for j in range(3):
+                    contacts.by_twist[i, m, j] -= grip * row[m] * row[j]
+
+
+@kernel
+def delay_touches(
+    model: Model,
+    v: Array,
+    state_q: Array,
+    acceleration: Array,
+    modes: ContactModes,
+    since: float,
+    work: RadauWork,
+    error: ErrorWork,
+) -> None:
+    """Add to the error what a touch does at another time, where it makes accelerations jump.
+
+    `since` is the time since the event before [s]: a longer delay would merge the two, and what
+    bounces differ by is bounded.  ``error.modes`` are the modes before; ``work.base`` and ``work.tip`` belong to the state.
+    """
+    touched = -1
+    for k in range(modes.normal.size):
+        if error.modes.normal[k] == OPEN and modes.normal[k] != OPEN:
+            touched = k
+    size = 0.0
+    for j in range(v.size):
+        size = max(size, abs(error.angle[j]))
+    if touched < 0 or size == 0.0:
+        return
+    twist = work.tip.twist
+    speed = max(abs(twist[0]), abs(twist[1]), abs(twist[2]))
+    small, short = DIFFERENCE / size, DIFFERENCE / max(speed, DIFFERENCE)
+    for j in range(v.size):
+        error.moved[0, j] = state_q[j] + small * error.angle[j]
+        error.before[j] = acceleration[j]
+    tip_pose(model.chain, work.base[0], state_q, error.pose[0])
+    tip_pose(model.chain, work.base[0], error.moved[0], error.pose[1])
+    for j in range(3):
+        error.pose[2, j] = error.pose[0, j] + short * twist[j]
+    tip, law, at = model.fingertip, model.law, model.obstacle
+    gap = closing_margin(tip, at, law, error.pose[0], twist, touched)
+    away = closing_margin(tip, at, law, error.pose[1], twist, touched)
+    later = closing_margin(tip, at, law, error.pose[2], twist, touched)
+    if not later < gap:
+        return
+    if not solve_accelerations(
+        model,
+        work.base,
+        state_q,
+        v,
+        error.modes,
+        error.before,
+        work.chain,
+        work.tip,
+        work.tangent.real,
+        work.tangent.real_side,
+        work.contacts.work,
+    ):
+        return
+    delay = (away - gap) / small * short / (gap - later)
+    delay = min(since, max(-since, delay))
+    for j in range(v.size):
+        error.rate[j] += (error.before[j] - acceleration[j]) * delay

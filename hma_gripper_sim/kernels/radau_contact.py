@@ -41,6 +41,7 @@ class StageContacts(NamedTuple):
     normal_force: Array  # [N], shape (3, k)
     friction_force: Array  # [N], shape (3, k)
     slip: Array  # [m/s], shape (3, k)
+    slip_row: Array  # of the slip to the twist, shape (3, k, 3)
     apart: Array  # gap, of open contacts `closing_margin` [m], shape (3, k)
     law_wrench: Array  # of the contact law at the trial increments, shape (3, 3)
     by_pose: Array  # its differentials, shape (3, 3, 3)
@@ -70,6 +71,7 @@ def stage_contacts(fingertip: Fingertip) -> StageContacts:
         np.zeros((3, k)),
         np.zeros((3, k)),
         np.zeros((3, k)),
+        np.zeros((3, k, 3)),
         np.zeros((3, k)),
         np.zeros((3, 3)),
         np.zeros((3, 3, 3)),
@@ -159,6 +161,8 @@ def _evaluate_stages(
                 work.normal_force[i, k] = stage.normal_force[k]
                 work.friction_force[i, k] = stage.friction_force[k]
                 work.slip[i, k] = stage.slip[k]
+                for j in range(3):
+                    work.slip_row[i, k, j] = stage.slip_row[k, j]
                 work.apart[i, k] = stage.gap[k]
         for m in range(3):
             work.law_wrench[i, m] = stage.wrench[m]

@@ -26,7 +26,7 @@ from hma_gripper_sim.kernels.contact import (
     copy_modes,
     touched_part,
 )
-from hma_gripper_sim.kernels.error_propagation import ErrorWork, error_work, propagate_error
+from hma_gripper_sim.kernels.error_propagation import ErrorWork, delay_touches, error_work, propagate_error
 from hma_gripper_sim.kernels.hidden_events import (
     CLOSE,
     PassageWork,
@@ -130,7 +130,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         np.zeros((2, 3)),
         passage_work(q.size, len(model.fingertip.points), k),
         np.zeros(4),
-        error_work(q.size),
+        error_work(q.size, k),
         np.zeros(1),
     )
 
@@ -449,7 +449,7 @@ def integrate_radau(
     estimate = ESTIMATE * tolerance**POWER
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
     shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance**0.25), 0
-    segment, jump, euler, restart = 0, 0, shortly, RESTART
+    segment, jump, euler, restart, last = 0, 0, shortly, RESTART, clock[0]
     first = scratch.going[0] == 0.0
     fresh = first
     while segment + 1 < segments and motion.time[segment + 1] <= clock[0]:
@@ -468,6 +468,8 @@ def integrate_radau(
             return FULL, filled
         if fresh:
             duration = min(euler, stop - t)
+            if tries == 0:
+                copy_modes(modes, scratch.error.modes)
             if not _find_modes(model, motion, segment, duration, state, work, scratch):
                 euler *= FAILED
                 if euler < SHORTEST_EULER:
@@ -487,6 +489,14 @@ def integrate_radau(
             fresh &= tries < TRIES
             if fresh:
                 euler = min(2.0 * euler, longest)
+            else:
+                step.base[0] = work.base[0]
+                step.base[1] = work.base[1]
+                step.base[2] = work.base[2]
+                delay_touches(
+                    model, state.v, state.q, state.a, modes, t - last, step, scratch.error
+                )
+                last = t
             continue
         h = min(clock[1], stop - t)
         if stop - t - h < 0.1 * h:
