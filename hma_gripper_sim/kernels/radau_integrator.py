@@ -79,7 +79,7 @@ CALM = 1e-8  # of the error accepted: smaller ones are taken as this
 # sticks, and shifts the time at which it slips; what is off in the force is over with the step.
 ESTIMATE, POWER = 6.0, 1.25
 ANGLE, FORCE = 0.01, 2.5  # shares of that, in rad and relative to the largest force so far
-ACCURACY = 1e-2  # of the iteration, relative to the tolerance
+ACCURACY = 1e-3  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
@@ -572,7 +572,7 @@ def integrate_radau(
         for i in range(n):
             if not np.isfinite(stages.q[2, i]):
                 return NOT_FINITE, filled
-        propagate_error(model, motion, segment, t, h, modes, step, scratch.error)
+        propagate_error(model, motion, segment, t, h, clock[2], modes, step, scratch.error)
         for i in range(n):
             state.q[i] = stages.q[2, i]
             state.v[i] = stages.v[2, i]
