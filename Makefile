@@ -13,7 +13,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
 endif
 
-# What test/replay/test_golden.py compares with: one log for each scene in that folder.
+# What test/replay/test_golden_logs.py compares with: one log for each scene in that folder.
 GOLDEN := test/data/golden
 
 .PHONY: help demo test docs golden clean
@@ -36,7 +36,7 @@ test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest
 
 docs: $(VENV)/.installed
-	$(BIN)/python -m hma_gripper_sim.ros.interface
+	$(BIN)/python -m hma_gripper_sim.ros.interface_docs
 
 golden: $(VENV)/.installed
 	for scene in $(GOLDEN)/*.yaml; do \

@@ -119,7 +119,7 @@ setup(
     },
     entry_points={
         "console_scripts": [
-            "hma_gripper = hma_gripper_sim.cli:main",
+            "hma_gripper = hma_gripper_sim.cli.main:main",
             "sim_node = hma_gripper_sim.ros.sim_node:main",
         ],
     },

@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hma_gripper_sim.benchmark import own
+from hma_gripper_sim.benchmark import this_package
 from hma_gripper_sim.benchmark.asked_error import time_at
 from hma_gripper_sim.benchmark.population import plain_tasks
 from hma_gripper_sim.benchmark.scenes import REGULARISED, Task
 from hma_gripper_sim.benchmark.series import Series
 from hma_gripper_sim.benchmark.work_precision import timed_rows
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError
-from hma_gripper_sim.contour import Circle, RoundedBox
+from hma_gripper_sim.model.contours.shapes import Circle, RoundedBox
 
 SHORTEST, LONGEST = 0.5, 10.0  # s; a shorter run has too few samples to be compared
 TOLERANCES = (2e-2, 5e-3, 1e-3, 3e-4, 1e-4, 3e-5)
@@ -113,7 +113,7 @@ def compare(job: tuple[Task, int]) -> list[Comparison]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of parts that the contact model leaves out
         try:
-            reference = own.reference_of(task, task.scene, REFERENCE_TOLERANCE)
+            reference = this_package.reference_of(task, task.scene, REFERENCE_TOLERANCE)
         except RuntimeError:
             return []
         if np.ptp(reference.force) <= TOUCHED * np.abs(reference.force).max():
@@ -129,7 +129,7 @@ def _compare(task: Task, reference: Series, rounds: int) -> list[Comparison]:
         mujoco_gripper.candidate(task, setting, typical)
         for setting in (mujoco_gripper.ROBUST, mujoco_gripper.ACCURATE)
     ]
-    mine = [own.candidate(task, task.scene, tolerance) for tolerance in TOLERANCES]
+    mine = [this_package.candidate(task, task.scene, tolerance) for tolerance in TOLERANCES]
     rows = timed_rows([(one, reference) for one in (*theirs, *mine)], rounds, lambda _: None)
     points = [
         (row.error.force_rms, row.cpu_time)

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.analysis import cantilever_deflection
 from hma_gripper_sim.benchmark.cantilever import ELASTICA
-from hma_gripper_sim.benchmark.own import REFERENCE_PERIOD
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, SPEED, Task
 from hma_gripper_sim.benchmark.series import Deviation, Series, deviation, from_trace
-from hma_gripper_sim.motion import Velocity
-from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import simulate
-from hma_gripper_sim.trace import Trace
+from hma_gripper_sim.benchmark.this_package import REFERENCE_PERIOD
+from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.motion.prescribed_motion import Velocity
+from hma_gripper_sim.simulation.simulation import simulate
+from hma_gripper_sim.simulation.trace import Trace
 
 Array = NDArray[np.float64]
 

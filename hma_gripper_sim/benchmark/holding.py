@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hma_gripper_sim.benchmark import own
+from hma_gripper_sim.benchmark import this_package
 from hma_gripper_sim.benchmark.scenes import Task
 
 RELAXED = 2.0  # s after the stop the viscous part of the force has died away
@@ -31,7 +31,7 @@ class Holding:
 
 def measure(task: Task) -> Holding:
     """Hold at the default tolerance, with the set-valued friction of the task."""
-    trace = own.run(task, task.scene, TOLERANCE, 0.001)
+    trace = this_package.run(task, task.scene, TOLERANCE, 0.001)
     held = trace.time >= task.parts[0][0] + RELAXED
     force = trace.actuator_force[held]
     return Holding(float(force[-1]), float(np.ptp(force)))

@@ -13,7 +13,7 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from hma_gripper_sim.benchmark import figures, population_page
+from hma_gripper_sim.benchmark import charts, population_page
 from hma_gripper_sim.benchmark.results import Results
 from hma_gripper_sim.benchmark.section import Section
 from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
@@ -57,19 +57,19 @@ def write(directory: Path, results: Results) -> list[Path]:
     plots: list[tuple[str, Callable[[Path], None]]] = [
         (
             "benchmark_work_precision.png",
-            lambda path: figures.plot_work_precision(path, [*results.tasks, *results.reduced]),
+            lambda path: charts.plot_work_precision(path, [*results.tasks, *results.reduced]),
         ),
         (
             "benchmark_scaling.png",
-            lambda path: figures.plot_scaling(path, results.scaling, results.cantilever),
+            lambda path: charts.plot_scaling(path, results.scaling, results.cantilever),
         ),
         (
             "benchmark_convergence.png",
-            lambda path: figures.plot_convergence(path, results.studies),
+            lambda path: charts.plot_convergence(path, results.studies),
         ),
         (
             population_page.IMAGE,
-            lambda path: figures.plot_populations(path, results.populations),
+            lambda path: charts.plot_populations(path, results.populations),
         ),
     ]
     paths = []

@@ -9,7 +9,7 @@ from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from hma_gripper_sim.benchmark import own, peers, population_claims
+from hma_gripper_sim.benchmark import peers, population_claims, this_package
 from hma_gripper_sim.benchmark.against_dense import Difference
 from hma_gripper_sim.benchmark.against_mujoco import Comparison
 from hma_gripper_sim.benchmark.asked_error import PopulationResult
@@ -22,7 +22,7 @@ from hma_gripper_sim.benchmark.scaling import ScalingRow
 from hma_gripper_sim.benchmark.scenes import tasks as known_tasks
 from hma_gripper_sim.benchmark.startup import Startup
 from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
-from hma_gripper_sim.outcome import Outcome
+from hma_gripper_sim.simulation.outcome import Outcome
 
 ROBUST = "discrete + PGS, 1 ms"  # MuJoCo's settings that the claims compare with
 ACCURATE = "implicitfast + PGS, 0.2 ms"
@@ -139,7 +139,7 @@ def _speed_up(
     peer = task.find("MuJoCo", setting) if task is not None else None
     if task is None or peer is None or peer.error is None or peer.cpu_time is None:
         return Claim(text, f"≥ {wanted:g}", "not measured", None)
-    mine = task.fastest(own.BOTH, peer.error.force_rms if error is None else error)
+    mine = task.fastest(this_package.BOTH, peer.error.force_rms if error is None else error)
     if mine is None or mine.cpu_time is None:
         return Claim(text, f"≥ {wanted:g}", "no run was that accurate", False)
     ratio = peer.cpu_time / mine.cpu_time
@@ -162,8 +162,10 @@ def _box_row(tasks: dict[str, TaskResult], error: float) -> Claim:
         f"≤ {100 * error:g} % RMS there"
     )
     box, cylinder = (tasks.get(f"{name}_sampled") for name in ("box", "cylinder"))
-    row = cylinder.fastest(own.BOTH, error) if cylinder is not None else None
-    other = box.find(own.BOTH, row.setting) if box is not None and row is not None else None
+    row = cylinder.fastest(this_package.BOTH, error) if cylinder is not None else None
+    other = (
+        box.find(this_package.BOTH, row.setting) if box is not None and row is not None else None
+    )
     if row is None or other is None or row.cpu_time is None or other.cpu_time is None:
         return Claim(text, "≤ 2", "not measured", None)
     ratio = other.cpu_time / row.cpu_time
@@ -186,7 +188,7 @@ def _reduction(reduced: TaskResult, plain: TaskResult | None) -> Claim:
     best = min(allowed, key=lambda row: row.cpu_time or 0.0, default=None)
     robust = plain.find("MuJoCo", ROBUST) if plain is not None else None
     bound = robust.error.force_rms if robust is not None and robust.error is not None else 0.004
-    mine = plain.fastest(own.BOTH, bound) if plain is not None else None
+    mine = plain.fastest(this_package.BOTH, bound) if plain is not None else None
     if mine is None or mine.cpu_time is None:
         return Claim(text, "≥ 5", "not measured", None)
     if best is None or best.cpu_time is None:
@@ -254,7 +256,7 @@ def _holding(holding: Holding, reversal: TaskResult | None) -> list[Claim]:
             holding.creep < 1e-6,
         )
     ]
-    row = reversal.find(own.BOTH, DEFAULT_TOLERANCE) if reversal is not None else None
+    row = reversal.find(this_package.BOTH, DEFAULT_TOLERANCE) if reversal is not None else None
     if row is not None and row.error is not None:
         claims.append(
             Claim(

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.benchmark.measuring import interleaved
-from hma_gripper_sim.contour import Circle
-from hma_gripper_sim.design import GripperDesign
 from hma_gripper_sim.kernels.chain import eliminate, place, substitute
 from hma_gripper_sim.kernels.compiled import COMPILED
 from hma_gripper_sim.kernels.stage import Model, Work, allocate
-from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import Simulation
+from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.gripper import GripperDesign
+from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.simulation.simulation import Simulation
 
 Array = NDArray[np.float64]
 

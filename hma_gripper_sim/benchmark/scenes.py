@@ -11,10 +11,10 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.contour import Circle, RoundedBox
-from hma_gripper_sim.design import GripperDesign
-from hma_gripper_sim.motion import Velocity
-from hma_gripper_sim.scene import Scene
+from hma_gripper_sim.model.contours.shapes import Circle, RoundedBox
+from hma_gripper_sim.model.gripper import GripperDesign
+from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.motion.prescribed_motion import Velocity
 
 Array = NDArray[np.float64]
 Phase = tuple[float, float]

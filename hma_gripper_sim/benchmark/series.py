@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.trace import Trace, beam_tangent
+from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.simulation.trace import Trace, beam_tangent
 
 Array = NDArray[np.float64]
 

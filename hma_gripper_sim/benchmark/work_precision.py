@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hma_gripper_sim.benchmark import own, peers
+from hma_gripper_sim.benchmark import peers, this_package
 from hma_gripper_sim.benchmark.convergence import CONTINUUM
 from hma_gripper_sim.benchmark.measuring import Candidate, interleaved
 from hma_gripper_sim.benchmark.scenes import Task
@@ -108,14 +108,14 @@ def measure_reduced(task: Task, full: bool, rounds: int, tick: Callable[[str], N
     fine = replace(plain, discretisation="midpoint", elements_top=top, elements_beam=beam)
     tolerance = 1e-6 if full else 1e-5
     tick(f"{task.title}: reference of the continuum")
-    continuum = own.reference_of(task, fine, tolerance)
+    continuum = this_package.reference_of(task, fine, tolerance)
     found = []
     for accuracy in ACCURACIES:
         scene = replace(
             plain, accuracy=accuracy, discretisation=None, elements_top=None, elements_beam=None
         )
         for step_tolerance in REDUCED_TOLERANCES if full else REDUCED_TOLERANCES[1:2]:
-            named = own.candidate(task, scene, step_tolerance, own.REDUCED)
+            named = this_package.candidate(task, scene, step_tolerance, this_package.REDUCED)
             found.append(replace(named, setting=f"accuracy {100 * accuracy:g} %, {named.setting}"))
     rows = timed_rows([(candidate, continuum) for candidate in found], rounds, tick)
     return TaskResult(
@@ -130,8 +130,8 @@ def measure_reduced(task: Task, full: bool, rounds: int, tick: Callable[[str], N
 
 def _measure_task(task: Task, full: bool, rounds: int, tick: Callable[[str], None]) -> TaskResult:
     tick(f"{task.title}: reference")
-    reference = own.reference(task, full)
-    tolerance = own.REFERENCE_TOLERANCE if full else own.QUICK_REFERENCE_TOLERANCE
+    reference = this_package.reference(task, full)
+    tolerance = this_package.REFERENCE_TOLERANCE if full else this_package.QUICK_REFERENCE_TOLERANCE
     text = f"this package, tolerance {tolerance:.0e}"
     agreement, for_peers = None, reference
     if full or task.key == "cylinder_sampled":
@@ -148,7 +148,7 @@ def _measure_task(task: Task, full: bool, rounds: int, tick: Callable[[str], Non
             text += ", for peers scipy's Radau (contact in a point)"
     pairs = [
         (candidate, reference)
-        for candidate in own.candidates(task, TOLERANCES if full else QUICK_TOLERANCES)
+        for candidate in this_package.candidates(task, TOLERANCES if full else QUICK_TOLERANCES)
     ]
     for name in peers.PEERS:
         if peers.installed_version(name) is not None:
@@ -169,7 +169,7 @@ def _scipy_reference(task: Task, full: bool) -> Series:
     from hma_gripper_sim.benchmark.peers import scipy_gripper
 
     tolerance = 1e-7 if full else 1e-5
-    candidate = scipy_gripper.candidate(task, "Radau", tolerance, own.REFERENCE_PERIOD)
+    candidate = scipy_gripper.candidate(task, "Radau", tolerance, this_package.REFERENCE_PERIOD)
     return candidate.series(candidate.run())
 
 

@@ -13,25 +13,30 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hma_gripper_sim.comparison.bounds import Bound
-from hma_gripper_sim.comparison.comparing import (
+from hma_gripper_sim.comparison.log_comparison import (
     LogComparison,
     compare_experiment,
     compare_recordings,
 )
+from hma_gripper_sim.device.topics import CONTOUR
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.experiment import Experiment
-from hma_gripper_sim.experiment_file import is_experiment, read_experiment
-from hma_gripper_sim.experiment_parameters import node_parameters
-from hma_gripper_sim.logs.reader import read_messages, read_recording
-from hma_gripper_sim.logs.recording import Recording
-from hma_gripper_sim.logs.signal_map import SignalMap
-from hma_gripper_sim.logs.topics import CONTOUR
-from hma_gripper_sim.quantities import typed_quantity
+from hma_gripper_sim.experiments.experiment import Experiment
+from hma_gripper_sim.experiments.experiment_file import is_experiment, read_experiment
+from hma_gripper_sim.experiments.node_parameters import node_parameters
+from hma_gripper_sim.recordings.reading import read_messages, read_recording
+from hma_gripper_sim.recordings.recording import Recording
+from hma_gripper_sim.recordings.signal_map import SignalMap
 from hma_gripper_sim.replay.course import Course, commanded, measured, planned
-from hma_gripper_sim.replay.parameters import Parameters, counted_messages, flat, logged_parameters
-from hma_gripper_sim.replay.replaying import Replay
-from hma_gripper_sim.replay.replaying import replay as simulate_course
-from hma_gripper_sim.validity import remarks
+from hma_gripper_sim.replay.simulated_log import Replay
+from hma_gripper_sim.replay.simulated_log import replay as simulate_course
+from hma_gripper_sim.replay.simulated_settings import (
+    Parameters,
+    counted_messages,
+    flat,
+    logged_parameters,
+)
+from hma_gripper_sim.results.validity import remarks
+from hma_gripper_sim.units import typed_quantity
 
 FULL_RATE = 100.0
 """Samples per second [Hz] up to which every tick is logged."""

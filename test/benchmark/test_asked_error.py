@@ -27,7 +27,7 @@ from hma_gripper_sim.benchmark.population import POPULATIONS, plain_tasks
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError
 from hma_gripper_sim.kernels.chain import tip_pose
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
-from hma_gripper_sim.motion import evaluate, follow
+from hma_gripper_sim.motion.prescribed_motion import evaluate, follow
 
 TIME = np.linspace(0.0, 1.0, 1001)
 FORCE = 2.0 * np.sin(2.0 * np.pi * TIME)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hma_gripper_sim.benchmark import own
+from hma_gripper_sim.benchmark import this_package
 from hma_gripper_sim.benchmark.dense import equations, jacobian, rates
 from hma_gripper_sim.benchmark.peers import scipy_gripper
 from hma_gripper_sim.benchmark.scenes import tasks
@@ -59,7 +59,7 @@ def test_both_solvers_agree(key):
     # Radau's error at 1e-5 is below 1e-5 of the largest force, ours at 1e-6 below 2e-5.
     task = tasks()[key]
     candidate = scipy_gripper.candidate(task, "Radau", 1e-5)
-    mine = own.reference_of(task, task.scene, 1e-6)
+    mine = this_package.reference_of(task, task.scene, 1e-6)
     found = deviation(candidate.series(candidate.run()), mine)
     assert found.force_rms < 3e-5
     assert found.phi_max < 1e-3
@@ -72,7 +72,7 @@ def test_the_reference_is_the_certified_series(key):
     if not path.is_file():
         pytest.skip(f"{path.name} is not there")
     time, force, *_ = np.loadtxt(path, delimiter=",", skiprows=1).T
-    series = own.reference(tasks()[key], full=False)
+    series = this_package.reference(tasks()[key], full=False)
     error = np.interp(time, series.time, series.force) - force
     # The certified errors are below 1e-6 N; the rest is the solver at tolerance 1e-7 and the
     # interpolation between samples.

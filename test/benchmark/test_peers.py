@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hma_gripper_sim.benchmark import own, peers
+from hma_gripper_sim.benchmark import peers, this_package
 from hma_gripper_sim.benchmark.cantilever import exact_deflection, loaded_chain
 from hma_gripper_sim.benchmark.scenes import tasks
 from hma_gripper_sim.benchmark.series import deviation
@@ -18,7 +18,7 @@ def load(name):
 
 @pytest.fixture(scope="module")
 def reference():
-    return own.reference(tasks()["cylinder_sampled"], full=False)
+    return this_package.reference(tasks()["cylinder_sampled"], full=False)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_a_peer_reaches_its_known_error_on_the_cylinder(name, setting, rms, larg
 
 def test_mujoco_holds_with_little_creep():
     task = tasks()["hold"]
-    reference = own.reference(task, full=False)
+    reference = this_package.reference(task, full=False)
     candidates = load("MuJoCo").candidates(task, full=True)
     errors = [deviation(item.series(item.run()), reference).force_rms for item in candidates]
     assert min(errors) < 0.002

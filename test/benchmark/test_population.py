@@ -17,7 +17,7 @@ from hma_gripper_sim.benchmark.population import (
     plain_tasks,
 )
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD
-from hma_gripper_sim.motion import evaluate, follow
+from hma_gripper_sim.motion.prescribed_motion import evaluate, follow
 
 SEEDS = range(120)
 
