@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from hma_gripper_benchmarks.hard_cases import HardCase, examine, hard_cases
 from hma_gripper_sim import Outcome
-from hma_gripper_sim.benchmark.hard_cases import HardCase, examine, hard_cases
 
 
 @pytest.mark.parametrize("case", hard_cases(), ids=lambda case: case.title)

@@ -14,7 +14,7 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.benchmark.scenes import phases
+from hma_gripper_benchmarks.scenes import phases
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.base import Contour

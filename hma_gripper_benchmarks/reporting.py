@@ -13,10 +13,10 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from hma_gripper_sim.benchmark import charts, population_page
-from hma_gripper_sim.benchmark.results import Results
-from hma_gripper_sim.benchmark.section import Section
-from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
+from hma_gripper_benchmarks import charts, population_page
+from hma_gripper_benchmarks.results import Results
+from hma_gripper_benchmarks.section import Section
+from hma_gripper_benchmarks.work_precision import TaskResult, WorkRow
 
 IMAGES = "images"
 COLUMNS = 7  # that fit a terminal
