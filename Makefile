@@ -13,14 +13,19 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
 endif
 
-# What test/replay/test_golden.py compares with: one log for each scene in that folder.
+# What test/replay/test_golden_logs.py compares with: one log for each scene in that folder.
 GOLDEN := test/data/golden
 
-.PHONY: help demo test docs golden clean
+.PHONY: help demo test lint types unit ros-test bench docs golden clean
 
 help:
 	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
-	@echo 'make test    set up $(VENV) and run ruff, mypy and pytest'
+	@echo 'make test    set up $(VENV) and run all checks: lint, types and every test'
+	@echo '  lint       ruff, and import-linter: what may import what'
+	@echo '  types      mypy'
+	@echo '  unit       the tests but for the running node and whole scenes'
+	@echo '  ros-test   the tests of the node, and of what else imports ROS'
+	@echo 'make bench   measure speed against error, beside other simulators: report/benchmark/'
 	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
 	@echo 'make golden  simulate the scenes in $(GOLDEN) anew: what later versions are compared with'
 	@echo 'make clean   remove $(VENV), build products and caches'
@@ -29,14 +34,28 @@ help:
 demo: $(VENV)/.installed
 	$(BIN)/hma_gripper demo
 
-test: $(VENV)/.installed-test
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+test: lint types
 	$(BIN)/python -m pytest
 
+lint: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-logo
+
+types: $(VENV)/.installed-test
+	$(BIN)/mypy
+
+unit: $(VENV)/.installed-test
+	$(BIN)/python -m pytest --ignore=test/node --ignore=test/scenes
+
+ros-test: $(VENV)/.installed-test
+	$(BIN)/python -m pytest test/node test/ros
+
 docs: $(VENV)/.installed
-	$(BIN)/python -m hma_gripper_sim.ros.interface
+	$(BIN)/python -m hma_gripper_sim.ros.interface_docs
+
+bench: $(VENV)/.installed-bench
+	$(BIN)/hma_gripper benchmark --out report/benchmark
 
 golden: $(VENV)/.installed
 	for scene in $(GOLDEN)/*.yaml; do \
@@ -47,7 +66,8 @@ golden: $(VENV)/.installed
 # Editable, so that both are set up anew only when a file changes that says what to install.
 $(VENV)/.installed: EXTRAS := ros
 $(VENV)/.installed-test: EXTRAS := ros,test
-$(VENV)/.installed $(VENV)/.installed-test: setup.py setup.cfg pyproject.toml
+$(VENV)/.installed-bench: EXTRAS := bench
+$(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-bench: setup.py setup.cfg pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || { \
 	  echo 'Python 3.10 to 3.13 is needed ($(PYTHON) is not): make $(MAKECMDGOALS) PYTHON=...' >&2; \
 	  exit 1; }
@@ -57,5 +77,5 @@ $(VENV)/.installed $(VENV)/.installed-test: setup.py setup.cfg pyproject.toml
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist install log *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) build dist install log *.egg-info .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

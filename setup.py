@@ -8,6 +8,10 @@ from setuptools import find_packages, setup
 
 PACKAGE_NAME = "hma_gripper_sim"
 
+# `hma_gripper benchmark` is documented for installed packages, so the benchmarks are installed,
+# too: as a package of their own, which nothing but that command imports.
+BENCHMARKS = "hma_gripper_benchmarks"
+
 # The ROS 2 Jazzy wheels, Linux x86-64, CPython 3.10 to 3.13: one set that works together, so every
 # member is pinned (a newer ros-*-msgs alone breaks it, and a bare ros-rclpy is a later ROS 2).
 JAZZY_WHEELS = {
@@ -75,7 +79,9 @@ setup(
         "Typing :: Typed",
     ],
     python_requires=">=3.10",
-    packages=find_packages(include=[PACKAGE_NAME, f"{PACKAGE_NAME}.*"]),
+    packages=find_packages(
+        include=[PACKAGE_NAME, f"{PACKAGE_NAME}.*", BENCHMARKS, f"{BENCHMARKS}.*"]
+    ),
     package_data={PACKAGE_NAME: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE_NAME}"]),
@@ -109,6 +115,7 @@ setup(
         # The linters are exact, so that a new release of theirs cannot fail an old commit.
         "test": [
             "hypothesis>=6.100,<7",
+            "import-linter==2.17",
             "mypy==2.4.1",
             "pytest>=8.0,<9",
             "ruff==0.17.6",
@@ -119,7 +126,7 @@ setup(
     },
     entry_points={
         "console_scripts": [
-            "hma_gripper = hma_gripper_sim.cli:main",
+            "hma_gripper = hma_gripper_sim.cli.main:main",
             "sim_node = hma_gripper_sim.ros.sim_node:main",
         ],
     },

@@ -6,21 +6,29 @@ still to prepare for signals, does not wait for the solver to load.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hma_gripper_sim.contact_warnings import PenetrationWarning, UnmodelledContactWarning
-    from hma_gripper_sim.contour import Circle, Contour, Polygon, RoundedBox
-    from hma_gripper_sim.design import GripperDesign, Material, Tip
-    from hma_gripper_sim.error_estimate import ErrorEstimate
     from hma_gripper_sim.errors import InputError
-    from hma_gripper_sim.outcome import Outcome, SimulationError, SolverStats
-    from hma_gripper_sim.scene import Scene
-    from hma_gripper_sim.shipped import config_directory
-    from hma_gripper_sim.simulation import Simulation, SimulationState, Snapshot, simulate
-    from hma_gripper_sim.trace import Trace
-    from hma_gripper_sim.validity import Finding, Severity
+    from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
+    from hma_gripper_sim.mechanics.scene import Scene
+    from hma_gripper_sim.mechanics.states import Snapshot
+    from hma_gripper_sim.model.contours.base import Contour
+    from hma_gripper_sim.model.contours.circle import Circle
+    from hma_gripper_sim.model.contours.polygon import Polygon
+    from hma_gripper_sim.model.contours.rounded_box import RoundedBox
+    from hma_gripper_sim.model.gripper import GripperDesign, Material, Tip
+    from hma_gripper_sim.results.contact_warnings import (
+        PenetrationWarning,
+        UnmodelledContactWarning,
+    )
+    from hma_gripper_sim.results.error_estimate import ErrorEstimate
+    from hma_gripper_sim.results.validity import Finding, Severity
+    from hma_gripper_sim.simulation.simulation import Simulation, SimulationState, simulate
+    from hma_gripper_sim.simulation.trace import Trace
+    from hma_gripper_sim.yaml_reading import config_directory
 
 __all__ = [
     "Circle",
@@ -49,18 +57,43 @@ __all__ = [
 ]
 
 _MODULES = {
-    "contact_warnings": ("PenetrationWarning", "UnmodelledContactWarning"),
-    "contour": ("Circle", "Contour", "Polygon", "RoundedBox"),
-    "design": ("GripperDesign", "Material", "Tip"),
-    "error_estimate": ("ErrorEstimate",),
+    "yaml_reading": ("config_directory",),
     "errors": ("InputError",),
-    "outcome": ("Outcome", "SimulationError", "SolverStats"),
-    "scene": ("Scene",),
-    "shipped": ("config_directory",),
-    "simulation": ("Simulation", "SimulationState", "Snapshot", "simulate"),
-    "trace": ("Trace",),
-    "validity": ("Finding", "Severity"),
+    "model.contours.base": ("Contour",),
+    "model.contours.circle": ("Circle",),
+    "model.contours.polygon": ("Polygon",),
+    "model.contours.rounded_box": ("RoundedBox",),
+    "model.gripper": ("GripperDesign", "Material", "Tip"),
+    "mechanics.scene": ("Scene",),
+    "results.contact_warnings": ("PenetrationWarning", "UnmodelledContactWarning"),
+    "results.validity": ("Finding", "Severity"),
+    "results.error_estimate": ("ErrorEstimate",),
+    "mechanics.states": ("Snapshot",),
+    "mechanics.outcome": ("Outcome", "SimulationError", "SolverStats"),
+    "simulation.simulation": ("Simulation", "SimulationState", "simulate"),
+    "simulation.trace": ("Trace",),
 }
+
+# What the documentation of earlier versions imports, and where it is now.
+_MOVED = {
+    f"{__name__}.{old}": f"{__name__}.{new}"
+    for old, new in {
+        "logs": "recordings (`reading`, `signal_map`)",
+        "reduced": "analysis.thesis_joints",
+    }.items()
+}
+
+
+class _MovedModules:
+    """A finder that finds nothing, but says where a module is that has moved."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> None:
+        if name in _MOVED:
+            raise ModuleNotFoundError(f"{name} is now {_MOVED[name]}")
+
+
+sys.meta_path.insert(0, _MovedModules)
 
 
 def __getattr__(name: str) -> Any:

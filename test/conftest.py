@@ -1,10 +1,15 @@
-"""What the tests of the simulation share."""
+"""What the tests share."""
 
 from __future__ import annotations
+
+import os
 
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, RoundedBox
+
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # read when the message modules are imported
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
 @pytest.fixture(scope="session")

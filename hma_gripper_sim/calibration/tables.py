@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.calibration.fitting import Calibration
-from hma_gripper_sim.comparison.errors import QUANTITIES
+from hma_gripper_sim.comparison.signal_errors import QUANTITIES
 
 CORRELATED = 0.95
 """Correlation beyond which two parameters are said to be hard to tell apart."""

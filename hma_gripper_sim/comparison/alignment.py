@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import fftconvolve
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
+from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 
 METHODS = ("auto", "stamps", "travel")
 

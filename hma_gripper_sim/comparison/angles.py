@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hma_gripper_sim.experiment import Experiment
-from hma_gripper_sim.logs.figures import FIGURES, Run
+from hma_gripper_sim.experiments.experiment import Experiment
+from hma_gripper_sim.recordings.run_figures import FIGURES, Run
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hma_gripper_sim.comparison.errors import QUANTITIES
+from hma_gripper_sim.comparison.signal_errors import QUANTITIES
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.quantities import quantity
+from hma_gripper_sim.units import quantity
 
 ALIASES = {"phi": "phi_mean", "force": "actuator_force"}
 

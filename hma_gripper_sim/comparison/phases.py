@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hma_gripper_sim.logs.recording import FloatArray, Series
+from hma_gripper_sim.recordings.recording import FloatArray, Series
 
 PHASES = ("approach", "enveloping", "hold", "lift")
 

@@ -11,9 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
-from hma_gripper_sim.comparison.comparing import LogComparison
-from hma_gripper_sim.comparison.errors import Errors, InstantError, SignalErrors
-from hma_gripper_sim.report import plain, terminal_table
+from hma_gripper_sim.comparison.log_comparison import LogComparison
+from hma_gripper_sim.comparison.report import plain, terminal_table
+from hma_gripper_sim.comparison.signal_errors import Errors, InstantError, SignalErrors
 
 ERROR_HEADINGS = ("signal", "over", "RMSE", "largest", "at", "bias", "relative", "spread")
 INSTANT_HEADINGS = ("signal", "at", "simulated", "measured", "error", "relative", "spread")

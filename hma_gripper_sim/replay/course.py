@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hma_gripper_sim.drive_limits import DriveLimits
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.experiment import Segment
+from hma_gripper_sim.experiments.experiment import Segment
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
-from hma_gripper_sim.logs.recording import FloatArray, Recording, Series
-from hma_gripper_sim.motion import of_ticks, through_points
+from hma_gripper_sim.motion.drive_limits import DriveLimits
+from hma_gripper_sim.motion.prescribed_motion import of_ticks, through_points
+from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 
 FASTEST = 1.0
 """Largest velocity [m/s] that a measured travel may have: beyond it, it has jumped."""

@@ -18,15 +18,15 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
-from hma_gripper_sim.arbiter import Arbiter, Command
-from hma_gripper_sim.drive import Drive
+from hma_gripper_sim.device.arbitration import Arbiter, Command
+from hma_gripper_sim.device.drive import Drive
+from hma_gripper_sim.device.request_queue import Mailbox
+from hma_gripper_sim.device.settings import OUTLINE, Settings
+from hma_gripper_sim.device.tick_schedule import Timeline
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.ros.commands import SOURCES, Source
-from hma_gripper_sim.ros.mailbox import Mailbox
-from hma_gripper_sim.ros.outputs import Outputs
+from hma_gripper_sim.ros.inputs import SOURCES, Source
 from hma_gripper_sim.ros.parameters import refuse_two_clocks
-from hma_gripper_sim.ros.settings import OUTLINE, Settings
-from hma_gripper_sim.ros.timeline import Timeline
+from hma_gripper_sim.ros.publishers import Outputs
 
 NEWEST_QOS = QoSProfile(depth=1)
 """Of commands and outlines: one that waits is replaced by the next."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
+from hma_gripper_sim.device.setting_definitions import Field, field_of
+from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.ros.fields import Field, field_of
-from hma_gripper_sim.ros.settings import Settings
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters, and prefixes of parameters, that every node has."""

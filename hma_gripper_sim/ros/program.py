@@ -1,7 +1,7 @@
 """The program around the node: ROS, threads, signals, and the order of their end.
 
 The main thread owns the drive and makes the ticks; a second thread runs the ROS callbacks, which
-do nothing but hand requests over (see `hma_gripper_sim.ros.mailbox`). So a tick is never
+do nothing but hand requests over (see `hma_gripper_sim.device.request_queue`). So a tick is never
 interrupted, a request takes effect between two ticks, and neither can starve the other. Signals
 reach the main thread too: it ends the ticks first, then the callbacks, then ROS, and nothing is
 published into a ROS that is already shut down.
@@ -21,16 +21,16 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from hma_gripper_sim.drive import Drive
+from hma_gripper_sim.device.drive import Drive
+from hma_gripper_sim.device.request_queue import Mailbox
+from hma_gripper_sim.device.settings import Settings
+from hma_gripper_sim.device.topics import NODE
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.logs.topics import NODE
-from hma_gripper_sim.outcome import SimulationError
+from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.ros.arguments import initialise_ros, origin
-from hma_gripper_sim.ros.mailbox import Mailbox
 from hma_gripper_sim.ros.node import SimNode
 from hma_gripper_sim.ros.parameters import declare_parameters
-from hma_gripper_sim.ros.settings import Settings
-from hma_gripper_sim.simulation import Simulation
+from hma_gripper_sim.simulation.simulation import Simulation
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 

@@ -9,10 +9,10 @@ import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
 from hma_gripper_sim.calibration.fitting import autocorrelation_time, calibrate
+from hma_gripper_sim.calibration.free_parameters import PARAMETERS, FreeParameter, free_parameters
 from hma_gripper_sim.calibration.observations import AVERAGED, SIGNALS, Trial, averaged
-from hma_gripper_sim.calibration.parameters import PARAMETERS, FreeParameter, free_parameters
-from hma_gripper_sim.logs.recording import Series
-from hma_gripper_sim.motion import follow
+from hma_gripper_sim.motion.prescribed_motion import follow
+from hma_gripper_sim.recordings.recording import Series
 
 TRUTH = Scene(
     GripperDesign.thesis_2013(),

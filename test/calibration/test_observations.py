@@ -10,9 +10,9 @@ import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene
 from hma_gripper_sim.calibration.observations import Trial, averaged, trial
-from hma_gripper_sim.experiment_file import read_experiment
-from hma_gripper_sim.logs.recording import Recording, Series
-from hma_gripper_sim.motion import follow
+from hma_gripper_sim.experiments.experiment_file import read_experiment
+from hma_gripper_sim.motion.prescribed_motion import follow
+from hma_gripper_sim.recordings.recording import Recording, Series
 
 SCENE = Scene(
     GripperDesign.thesis_2013(),
@@ -64,8 +64,8 @@ def test_instants_of_an_experiment() -> None:
 
 
 def test_parameters_that_cannot_be_simulated_are_told_apart(monkeypatch) -> None:
-    from hma_gripper_sim.outcome import Outcome, SimulationError
-    from hma_gripper_sim.simulation import Simulation
+    from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
+    from hma_gripper_sim.simulation.simulation import Simulation
 
     def fails(self, *_):
         raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
@@ -77,7 +77,7 @@ def test_parameters_that_cannot_be_simulated_are_told_apart(monkeypatch) -> None
 
 
 def test_what_was_recovered_in_a_log_is_passed_on(monkeypatch) -> None:
-    from hma_gripper_sim.experiment import ExperimentLog
+    from hma_gripper_sim.experiments.experiment import ExperimentLog
 
     time = np.arange(0.0, 2.0, 0.01)
     noisy = 0.001 * time + np.random.default_rng(0).normal(0.0, 5e-6, len(time))
@@ -97,8 +97,8 @@ def test_what_was_recovered_in_a_log_is_passed_on(monkeypatch) -> None:
 
 def test_a_log_without_force_and_angles_is_refused(tmp_path) -> None:
     from hma_gripper_sim.replay.course import planned
-    from hma_gripper_sim.replay.parameters import Parameters
-    from hma_gripper_sim.replay.replaying import replay
+    from hma_gripper_sim.replay.simulated_log import replay
+    from hma_gripper_sim.replay.simulated_settings import Parameters
 
     parameters = Parameters.parse({"discretisation": "midpoint", "travel_max": 0.001})
     course = planned(read_experiment("thesis_2013_box").motion[:1], parameters.limits, 0.01)

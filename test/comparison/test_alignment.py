@@ -7,7 +7,7 @@ import pytest
 
 from hma_gripper_sim import InputError
 from hma_gripper_sim.comparison.alignment import align_recordings, best_offset
-from hma_gripper_sim.logs.recording import Recording, Series
+from hma_gripper_sim.recordings.recording import Recording, Series
 
 START = 1_700_000_000_000_000_000
 

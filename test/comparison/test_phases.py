@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim.comparison.phases import HOLD, LIFT, PHASES, find_phases
-from hma_gripper_sim.logs.recording import Series
+from hma_gripper_sim.recordings.recording import Series
 
 TIME = np.arange(0.0, 20.0, 0.01)
 

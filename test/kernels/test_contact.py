@@ -10,7 +10,6 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.spatial import ConvexHull
 
 from hma_gripper_sim import Circle, Contour, GripperDesign, Polygon, RoundedBox
-from hma_gripper_sim.contour import face_normals
 from hma_gripper_sim.kernels.chain import TipResponse, tip_response
 from hma_gripper_sim.kernels.contact import (
     CLOSED,
@@ -27,6 +26,7 @@ from hma_gripper_sim.kernels.contact import (
     solve_contact,
 )
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
+from hma_gripper_sim.model.contours.base import face_normals
 
 DESIGN = GripperDesign.thesis_2013()
 

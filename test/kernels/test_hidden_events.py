@@ -19,7 +19,7 @@ from hma_gripper_sim.kernels.hidden_events import (
 )
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
 from hma_gripper_sim.kernels.stage import Model
-from hma_gripper_sim.motion import Motion
+from hma_gripper_sim.motion.prescribed_motion import Motion
 
 DEPTH = 1e-8  # m
 SAMPLES = 4001

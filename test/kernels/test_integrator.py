@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.equilibrium import copy_state
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
 from hma_gripper_sim.kernels.integrator import GAMMA, time_to_event
-from hma_gripper_sim.motion import follow
-from hma_gripper_sim.simulation import Half
+from hma_gripper_sim.mechanics.start_pose import copy_state
+from hma_gripper_sim.motion.prescribed_motion import follow
+from hma_gripper_sim.simulation.simulation import Half
 
 
 def swing(tolerance: float) -> tuple[np.ndarray, int]:

@@ -8,10 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hma_gripper_sim.benchmark.dense import equations, rates
-from hma_gripper_sim.contour import Circle, Contour, RoundedBox
-from hma_gripper_sim.design import GripperDesign
-from hma_gripper_sim.equilibrium import copy_state
+from hma_gripper_benchmarks.dense import equations, rates
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, STICK
@@ -37,10 +34,15 @@ from hma_gripper_sim.kernels.radau_method import (
     TO_REAL,
 )
 from hma_gripper_sim.kernels.stage import Model
-from hma_gripper_sim.motion import follow
-from hma_gripper_sim.outcome import Outcome
-from hma_gripper_sim.scene import Scene
-from hma_gripper_sim.simulation import Half, Simulation
+from hma_gripper_sim.mechanics.outcome import Outcome
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.start_pose import copy_state
+from hma_gripper_sim.model.contours.base import Contour
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
+from hma_gripper_sim.model.gripper import GripperDesign
+from hma_gripper_sim.motion.prescribed_motion import follow
+from hma_gripper_sim.simulation.simulation import Half, Simulation
 
 SPEED = 0.004  # m/s
 ACCURACY = 1e-11  # of the steps' iterations, far below the errors that are measured

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.drive_limits import DriveLimits
-from hma_gripper_sim.experiment import Segment
-from hma_gripper_sim.logs.recording import Recording, Series
-from hma_gripper_sim.motion import evaluate
+from hma_gripper_sim.experiments.experiment import Segment
+from hma_gripper_sim.motion.drive_limits import DriveLimits
+from hma_gripper_sim.motion.prescribed_motion import evaluate
+from hma_gripper_sim.recordings.recording import Recording, Series
 from hma_gripper_sim.replay.course import commanded, measured, planned
 
 PERIOD = 0.01

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.arbiter import SourceCounts
-from hma_gripper_sim.drive import DriveStatus
-from hma_gripper_sim.validity import Finding, Severity
+from hma_gripper_sim.device.arbitration import SourceCounts
+from hma_gripper_sim.device.drive import DriveStatus
+from hma_gripper_sim.results.validity import Finding, Severity
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 

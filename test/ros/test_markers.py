@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, Scene, Simulation
-from hma_gripper_sim.contact_forces import contact_forces
-from hma_gripper_sim.outline import gripper_outline
+from hma_gripper_sim.results.contact_forces import contact_forces
+from hma_gripper_sim.results.gripper_outline import gripper_outline
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from hma_gripper_sim.node_process import NodeError, private_ros_domain
+from hma_gripper_sim.ros.node_process import NodeError, private_ros_domain
 
 
 @pytest.fixture

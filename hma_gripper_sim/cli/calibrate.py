@@ -1,0 +1,98 @@
+"""``hma_gripper calibrate``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from hma_gripper_sim.cli.option_types import FILE
+from hma_gripper_sim.cli.replay import travel_tolerance_option
+
+
+@click.command()
+@click.argument("experiment", type=FILE)
+@click.option(
+    "--free",
+    required=True,
+    metavar="NAME,...",
+    help="What to find: friction (mu), clearance, offset, normal_stiffness, normal_damping, "
+    "youngs_modulus (E), density (rho), width, height, top_length, beam_length, beam_angle, "
+    "joint_damping.",
+)
+@click.option(
+    "--bound",
+    "bounds",
+    multiple=True,
+    metavar="NAME=LOW..HIGH",
+    help="Where to look for it, such as E=5MPa..12MPa; may be repeated.",
+)
+@travel_tolerance_option
+@click.option("--json", "json_file", type=FILE, help="Write the result here.")
+@click.pass_context
+def calibrate(
+    ctx: click.Context,
+    experiment: Path,
+    free: str,
+    bounds: tuple[str, ...],
+    travel_tolerance: float,
+    json_file: Path | None,
+) -> None:
+    """Find the parameters with which the simulation follows an experiment best.
+
+    Least squares on the force and both angles of the experiment's log, along its measured travel;
+    of an experiment without a log on what was measured at instants. The search starts from the
+    values in the experiment's file and its design.
+
+    Standard errors are what noise of the size of the remaining differences does to the result;
+    samples whose errors are correlated count as fewer. That the model itself may be wrong is not
+    in them.
+
+    \b
+    Exit code: 0  found
+               1  the search did not converge, or the scene cannot be simulated
+               2  bad input: one line says which file, which field and why
+
+    \b
+    Examples:
+      hma_gripper calibrate my_cup.yaml --free friction
+      hma_gripper calibrate my_cup.yaml --free friction,E --bound E=5MPa..12MPa --json found.json
+    """
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    from hma_gripper_sim.calibration.fitting import calibrate
+    from hma_gripper_sim.calibration.free_parameters import free_parameters
+    from hma_gripper_sim.calibration.observations import trial
+    from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
+    from hma_gripper_sim.cli.compare import write_text
+    from hma_gripper_sim.experiments.experiment_file import read_experiment
+
+    read = read_experiment(experiment)
+    scene = read.scene()
+    wanted = free_parameters(free, scene, bounds)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    errors = Console(stderr=True)
+    with Progress(
+        *columns, console=errors, transient=True, disable=not errors.is_terminal
+    ) as progress:
+        task = progress.add_task("reading", total=None)
+        measured = trial(read, str(experiment), travel_tolerance)
+        result = calibrate(
+            scene,
+            measured,
+            wanted,
+            lambda count, error: progress.update(
+                task, description=f"{count} simulations, weighted RMS error {error:.4g}"
+            ),
+        )
+    console = Console()
+    for table in terminal_tables(result):
+        console.print(table)
+    for remark in (*measured.notes, *remarks(result)):
+        console.print(f"note: {remark}", markup=False, highlight=False, soft_wrap=True)
+    if json_file:
+        text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
+        write_text(json_file, text + "\n")
+    ctx.exit(0 if result.converged else 1)

@@ -1,0 +1,261 @@
+"""One simulated log compared with an experiment or with another log: the result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hma_gripper_sim.bags.log_metadata import read_remarks
+from hma_gripper_sim.comparison.alignment import align_recordings
+from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
+from hma_gripper_sim.comparison.bounds import Bound, Verdict
+from hma_gripper_sim.comparison.experiment_criteria import Comparison, align, compare
+from hma_gripper_sim.comparison.phases import Phases, find_phases
+from hma_gripper_sim.comparison.signal_errors import SignalErrors, signal_errors
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.experiments.experiment import Experiment
+from hma_gripper_sim.experiments.experiment_file import is_experiment, read_experiment
+from hma_gripper_sim.recordings.reading import read_recording
+from hma_gripper_sim.recordings.recording import Recording
+from hma_gripper_sim.recordings.run_figures import Run
+from hma_gripper_sim.recordings.signal_map import SignalMap
+
+
+@dataclass(frozen=True)
+class LogComparison:
+    """How far a simulated log is from an experiment.
+
+    Attributes
+    ----------
+    title, simulated, experiment
+        What is compared, in words, and the paths of both.
+    alignment
+        How their times were matched, in words.
+    run, stated
+        The simulated log on the time of an experiment, and that experiment, where it states
+        something at instants; otherwise None.
+    angles
+        Rows of Table 5.3; empty where no angles were measured at instants.
+    criteria
+        What the experiment states, beside what was found.
+    signals
+        Errors over time; empty where the experiment has no log.
+    phases
+        Of the experiment's log; None without one.
+    verdicts
+        On the asked bounds.
+    notes
+        What was recovered or left out.
+    """
+
+    title: str
+    simulated: str
+    experiment: str
+    alignment: str
+    run: Run | None = None
+    stated: Experiment | None = None
+    angles: tuple[AngleComparison, ...] = ()
+    criteria: tuple[Comparison, ...] = ()
+    signals: tuple[SignalErrors, ...] = ()
+    phases: Phases | None = None
+    verdicts: tuple[Verdict, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the experiment's own bounds and the asked ones are kept."""
+        return all(c.inside for c in self.criteria) and all(v.inside for v in self.verdicts)
+
+
+def compare_files(
+    simulated: Path,
+    experiment: Path,
+    *,
+    signal_map: Path | None = None,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare a log of ours with an experiment file, the name of a shipped one, or a log.
+
+    Parameters
+    ----------
+    signal_map
+        File that says where the signals of that log are; None: where the node publishes them.
+    method, instants, bounds
+        See `compare_recordings`.
+
+    Raises
+    ------
+    InputError
+        Something given cannot be used; see there as well.
+    """
+    recording = read_recording(simulated)
+    recording = replace(recording, notes=(*read_remarks(simulated), *recording.notes))
+    if is_experiment(experiment):
+        if signal_map is not None:
+            raise InputError("an experiment file names its own", field="--signals")
+        return compare_experiment(
+            recording,
+            read_experiment(experiment),
+            str(experiment),
+            method=method,
+            instants=instants,
+            bounds=bounds,
+        )
+    entries = None if signal_map is None else SignalMap.from_yaml(signal_map)
+    return compare_recordings(
+        recording,
+        read_recording(experiment, entries),
+        title=f"{simulated.name} compared with {experiment.name}",
+        method=method,
+        instants=instants,
+        bounds=bounds,
+    )
+
+
+def compare_experiment(
+    simulated: Recording,
+    experiment: Experiment,
+    path: str,
+    *,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare a recording with all that an experiment has: its log, and what it has at instants."""
+    if not (experiment.measured or experiment.published or experiment.log):
+        raise InputError("states nothing to compare with: it is only planned", source=path)
+    if experiment.log is None:
+        if instants:
+            raise InputError("has no log: only its own instants are known", source=path)
+        return compare_instants(simulated, experiment, path, bounds)
+    result = compare_recordings(
+        simulated,
+        experiment.log.read(),
+        title=experiment.title,
+        method=method,
+        instants=instants,
+        bounds=bounds,
+    )
+    if not (experiment.measured or experiment.published):
+        return result
+    stated = compare_instants(simulated, experiment, path)
+    return replace(
+        result,
+        run=stated.run,
+        stated=stated.stated,
+        angles=stated.angles,
+        criteria=stated.criteria,
+    )
+
+
+def compare_recordings(
+    simulated: Recording,
+    experiment: Recording,
+    *,
+    title: str,
+    method: str = "auto",
+    instants: Sequence[float] = (),
+    bounds: Sequence[Bound] = (),
+) -> LogComparison:
+    """Compare two logs.
+
+    Parameters
+    ----------
+    method
+        See `align_recordings`.
+    instants
+        Times of the experiment's log to report as well [s].
+    bounds
+        To judge by.
+
+    Raises
+    ------
+    InputError
+        The logs cannot be aligned, have no signal in common, or lack one that a bound is on.
+    """
+    moved, alignment = align_recordings(simulated, experiment, method)
+    phases = None
+    if "travel" in experiment.signals and np.ptp(experiment["travel"].time) > 0.0:
+        phases = find_phases(experiment["travel"], experiment.signals.get("actuator_force"))
+    signals = tuple(signal_errors(moved, experiment, phases, instants))
+    if not signals:
+        raise InputError(
+            f"has no signal at a time at which {experiment.source} has it as well",
+            source=simulated.source,
+        )
+    return LogComparison(
+        title,
+        simulated.source,
+        experiment.source,
+        alignment.description,
+        signals=signals,
+        phases=phases,
+        verdicts=tuple(_judge_signal(bound, signals, experiment.source) for bound in bounds),
+        notes=_notes(simulated, experiment, signals),
+    )
+
+
+def compare_instants(
+    simulated: Recording, experiment: Experiment, path: str, bounds: Sequence[Bound] = ()
+) -> LogComparison:
+    """Compare a log with what an experiment measured at instants.
+
+    Raises
+    ------
+    InputError
+        The log does not cover the experiment's approach, or a bound is on what was not measured.
+    """
+    run = align(simulated, experiment, experiment.design)
+    offset = (run.recording.start - simulated.start) * 1e-9
+    criteria = compare(run, experiment)
+    return LogComparison(
+        experiment.title,
+        simulated.source,
+        path,
+        "aligned by the travel of the approach: the experiment's motion starts at "
+        f"{offset:.6g} s of the simulated log",
+        run=run,
+        stated=experiment,
+        angles=tuple(compare_angles(run, experiment)),
+        criteria=criteria,
+        verdicts=tuple(_judge_criterion(bound, criteria, path) for bound in bounds),
+        notes=_notes(simulated),
+    )
+
+
+def _judge_signal(bound: Bound, signals: Sequence[SignalErrors], source: str) -> Verdict:
+    for signal in signals:
+        if signal.name == bound.name:
+            scale = signal.largest if bound.relative else 1.0
+            error = signal.overall.maximum
+            return Verdict(bound, error / scale if error else 0.0)
+    raise InputError("is not in both logs", field=f"--max-error {bound.name}", source=source)
+
+
+def _judge_criterion(bound: Bound, criteria: Sequence[Comparison], source: str) -> Verdict:
+    errors = [
+        abs(c.value - c.criterion.expected) / (abs(c.criterion.expected) if bound.relative else 1.0)
+        for c in criteria
+        if c.criterion.figure == bound.name and c.criterion.expected
+    ]
+    if not errors:
+        raise InputError("was not measured", field=f"--max-error {bound.name}", source=source)
+    return Verdict(bound, max(errors))
+
+
+def _notes(
+    simulated: Recording, experiment: Recording | None = None, signals: Sequence[SignalErrors] = ()
+) -> tuple[str, ...]:
+    recordings = (simulated,) if experiment is None else (simulated, experiment)
+    notes = [f"{recording.source}: {note}" for recording in recordings for note in recording.notes]
+    notes += [
+        f"{signal.quantity.label}: {signal.skipped} samples not compared, in gaps of the other log"
+        for signal in signals
+        if signal.skipped
+    ]
+    return tuple(notes)

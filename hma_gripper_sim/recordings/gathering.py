@@ -1,0 +1,195 @@
+"""Signals out of serialised messages, many messages at a time.
+
+Where the numbers lie is worked out for one message, and checked against what `rosbags` makes of
+it. Then they are copied from all messages that agree with it in whatever says what lies where.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hma_gripper_sim.bags.byte_kernels import copy_bytes, match_messages
+from hma_gripper_sim.bags.message_batches import Batch, Bytes, Connection, Ints, shown
+from hma_gripper_sim.bags.message_layout import follow
+from hma_gripper_sim.errors import InputError, first_line
+from hma_gripper_sim.recordings.signal_map import Signal
+from hma_gripper_sim.recordings.signal_sources import FloatArray, Place, joint_names, transforms
+
+_REMEMBERED = 8
+"""Layouts that are kept in mind: several robots may share a topic and take turns."""
+
+
+@dataclass
+class Samples:
+    """What one connection says of one signal.
+
+    Attributes
+    ----------
+    stamps
+        [ns], shape (n,).
+    values
+        As in the log, shape (n,).
+    passed_over
+        Messages about other joints or frames.
+    others
+        Some of those.
+    """
+
+    stamps: array[int] = field(default_factory=lambda: array("q"))  # grows in place
+    values: array[float] = field(default_factory=lambda: array("d"))
+    passed_over: int = 0
+    others: set[str] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Where each signal lies in messages that agree with a template."""
+
+    template: Bytes
+    fixed: Ints
+    places: tuple[Place | None, ...]
+    stamps: tuple[int | None, ...]
+    order: str
+    others: frozenset[str]
+
+
+class Gatherer:
+    """Collects signals from the messages of one connection.
+
+    Parameters
+    ----------
+    connection
+        Whose messages will be added.
+    signals
+        What to look for in them.
+
+    Attributes
+    ----------
+    samples
+        One for each signal.
+
+    Raises
+    ------
+    InputError
+        Messages of the connection's type cannot be read.
+    """
+
+    def __init__(self, connection: Connection, signals: Sequence[Signal]) -> None:
+        self.samples = [Samples() for _ in signals]
+        self._connection = connection
+        self._signals = signals
+        _ = connection.typestore  # raises, if it must, before there are messages
+        self._plans: list[_Plan] = []
+
+    def add(self, batch: Batch) -> None:
+        """Take the signals from messages of the connection.
+
+        Raises
+        ------
+        InputError
+            A message is damaged, or cannot hold a signal.
+        """
+        count = batch.starts.size
+        stamps = [np.empty(count, dtype=np.int64) for _ in self._signals]
+        values = [np.empty(count) for _ in self._signals]
+        found = [np.zeros(count, dtype=np.bool_) for _ in self._signals]
+        for plan, chosen in self._sorted(batch):
+            starts = batch.starts[chosen]
+            for k, (signal, place) in enumerate(zip(self._signals, plan.places, strict=True)):
+                if place is None:
+                    self.samples[k].passed_over += chosen.size
+                    self.samples[k].others |= plan.others
+                    continue
+                found[k][chosen] = True
+                values[k][chosen] = signal.source.value(_numbers(batch.data, starts, place))
+                stamp = plan.stamps[k]
+                if stamp is None:
+                    stamps[k][chosen] = batch.logged[chosen]
+                else:
+                    stamps[k][chosen] = _stamps(batch.data, starts, stamp, plan.order)
+        for k, sample in enumerate(self.samples):
+            if found[k].any():
+                sample.stamps.frombytes(stamps[k][found[k]].tobytes())
+                sample.values.frombytes(values[k][found[k]].tobytes())
+
+    def _sorted(self, batch: Batch) -> Iterator[tuple[_Plan, Ints]]:
+        """Yield plans and which messages each is for, until every message has had its turn."""
+        pending = np.arange(batch.starts.size)
+        for plan in self._plans.copy():
+            chosen, pending = _matching(batch, pending, plan)
+            if chosen.size:
+                yield plan, chosen
+        learned = 0
+        while pending.size:
+            start, size = batch.starts[pending[0]], batch.sizes[pending[0]]
+            plan = self._learn(batch.data[start : start + size], int(batch.logged[pending[0]]))
+            self._plans = [plan, *self._plans][:_REMEMBERED]
+            learned += 1
+            if learned <= _REMEMBERED:
+                chosen, pending = _matching(batch, pending, plan)
+            else:  # no two seem to agree
+                chosen, pending = pending[:1], pending[1:]
+            yield plan, chosen
+
+    def _learn(self, template: Bytes, logged: int) -> _Plan:
+        """Find the signals in one message."""
+        data = template.tobytes()
+        try:
+            layout = self._connection.layout(data)
+            message = self._connection.deserialise(data)
+        except Exception as error:  # a damaged message makes its parser raise almost anything
+            reason = first_line(error)
+            raise self._damaged(f"cannot be deserialised ({reason})", logged) from None
+        try:
+            places = tuple(signal.source.locate(layout) for signal in self._signals)
+        except InputError as error:
+            raise InputError(error.reason, field=self._connection.topic) from None
+        for place in places:
+            if place is not None:
+                theirs = np.array([float(follow(message, path)) for path in place.paths])
+                ours = _numbers(template, np.zeros(1, dtype=np.int64), place)[0]
+                if ours.tobytes() != theirs.tobytes():
+                    raise self._damaged("is read differently by rosbags", logged)
+        stamps = tuple(
+            layout.numbers[f"{place.stamp}.sec"].offset
+            if place is not None and place.stamp and signal.clock == "header"
+            else None
+            for signal, place in zip(self._signals, places, strict=True)
+        )
+        others = {str(frame) for frame in transforms(layout)}
+        others.update(joint_names(layout))
+        return _Plan(template.copy(), layout.fixed, places, stamps, layout.order, frozenset(others))
+
+    def _damaged(self, reason: str, logged: int) -> InputError:
+        topic = self._connection.topic
+        return InputError(f"a message logged at {shown(logged)} {reason}", field=topic)
+
+
+def _matching(batch: Batch, pending: Ints, plan: _Plan) -> tuple[Ints, Ints]:
+    """Return which messages a plan is for, and which it is not for."""
+    matches = np.empty(pending.size, dtype=np.bool_)
+    starts, sizes = batch.starts[pending], batch.sizes[pending]
+    match_messages(batch.data, starts, sizes, plan.template, plan.fixed, matches)
+    return pending[matches], pending[~matches]
+
+
+def _numbers(data: Bytes, starts: Ints, place: Place) -> FloatArray:
+    """Return the numbers of a place in n messages, shape (n, k)."""
+    width = int(place.kind[-1])
+    offsets = np.array(place.offsets, dtype=np.int64)
+    out = np.empty((starts.size, width * offsets.size), dtype=np.uint8)
+    copy_bytes(data, starts, offsets, width, out)
+    return out.view(place.kind).astype(np.float64)
+
+
+def _stamps(data: Bytes, starts: Ints, offset: int, order: str) -> Ints:
+    """Return the stamps [ns] at a place in n messages, shape (n,)."""
+    out = np.empty((starts.size, 8), dtype=np.uint8)
+    copy_bytes(data, starts, np.array([offset]), 8, out)
+    seconds = out[:, :4].copy().view(f"{order}i4")[:, 0].astype(np.int64)
+    nanoseconds = out[:, 4:].copy().view(f"{order}u4")[:, 0].astype(np.int64)
+    return seconds * 1_000_000_000 + nanoseconds

@@ -1,0 +1,200 @@
+"""Signal maps: where in a log each signal is found, and how its numbers become SI units.
+
+A file in ``config/signal_maps`` holds one entry for each signal:
+
+==============  ==========================================================================
+topic           its name
+field           dotted path of a number in the message, such as ``wrench.force.z``
+joint           the field is an array: the entry of the joint with this name
+frame           the messages are transforms (TF): the one of ``child`` in ``parent``
+largest_but     instead of `joint`: the largest magnitude of all joints but this one
+unit            that the log is in; SI if left out
+scale           factor, such as -1 where the log counts the other way (default 1)
+tare            the mean over this first time is taken as zero, and subtracted
+offset          is added at last
+time            ``header``: the stamp in the message, if it has one (default); ``log``: when it
+                was logged
+publisher       which publisher of the topic, if there are several; ``any``: all of them
+optional        true: a log need not have it
+==============  ==========================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.recordings.signal_sources import Field, Frame, LargestMagnitude, Source
+from hma_gripper_sim.units import choice, quantity
+from hma_gripper_sim.yaml_reading import config_directory, read_yaml, refuse_unknown
+
+SIGNAL_UNITS: Mapping[str, str] = {
+    "travel": "m",
+    "velocity_command": "m/s",
+    "actuator_force": "N",
+    "phi_left": "rad",
+    "phi_right": "rad",
+    "bending_moment": "N*m",
+}
+"""What a map may name, and the SI unit it is read in."""
+
+ANY_PUBLISHER = "any"
+
+_CLOCKS = ("header", "log")
+
+_KEYS = (
+    *("topic", "field", "joint", "frame", "largest_but", "unit", "scale", "offset", "tare"),
+    *("time", "publisher", "optional"),
+)
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One entry of a signal map.
+
+    Parameters
+    ----------
+    name
+        Such as ``travel``.
+    topic
+        Where its messages are.
+    source
+        What in them it is.
+    scale
+        SI units per unit in the log, with the sign.
+    tare
+        How long [s] the signal is taken to be zero at first; 0: not at all.
+    offset
+        Is added after that [SI].
+    clock
+        ``header`` or ``log``.
+    publisher
+        Which one is meant, ``any`` for all; None: there must be only one.
+    optional
+        Whether a log may lack it.
+    """
+
+    name: str
+    topic: str
+    source: Source
+    scale: float = 1.0
+    tare: float = 0.0
+    offset: float = 0.0
+    clock: str = "header"
+    publisher: str | None = None
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class SignalMap:
+    """Where the signals of a log are.
+
+    Parameters
+    ----------
+    signals
+        Entries, no two of the same name.
+    """
+
+    signals: tuple[Signal, ...]
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> SignalMap:
+        """Read a file; raise `InputError` naming it, the field and what is wrong with that."""
+        try:
+            return cls.from_mapping(read_yaml(path))
+        except InputError as error:
+            raise error.within(source=str(path)) from None
+
+    @classmethod
+    def from_mapping(cls, entries: Mapping[str, Any], *, field: str | None = None) -> SignalMap:
+        """Take the entries of a file that has been read; `field` is what it calls them."""
+        try:
+            refuse_unknown(entries, tuple(SIGNAL_UNITS))
+            if not entries:
+                raise InputError("names no signal")
+            return cls(tuple(_signal(name, entry) for name, entry in entries.items()))
+        except InputError as error:
+            raise error.within(field_prefix=field) from None
+
+    @classmethod
+    def sim_node(cls) -> SignalMap:
+        """Return the shipped map of logs of this project's own node."""
+        return _sim_node()
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of the topics that hold the signals."""
+        return tuple(dict.fromkeys(signal.topic for signal in self.signals))
+
+
+@cache
+def _sim_node() -> SignalMap:
+    return SignalMap.from_yaml(config_directory() / "signal_maps" / "sim_node.yaml")
+
+
+def _signal(name: str, entry: object) -> Signal:
+    if not isinstance(entry, dict):
+        raise InputError(f"expected a mapping of fields, got {entry!r}", field=name)
+    try:
+        refuse_unknown(entry, _KEYS)
+        unit = SIGNAL_UNITS[name]
+        optional = entry.get("optional", False)
+        if not isinstance(optional, bool):
+            raise InputError(f"must be true or false, got {optional!r}", field="optional")
+        topic = _text(entry, "topic")
+        if not topic.startswith("/"):
+            raise InputError(f"must begin with /, got {topic!r}", field="topic")
+        publisher = entry.get("publisher")
+        return Signal(
+            name=name,
+            topic=topic,
+            source=_source(entry),
+            scale=_si_per_unit(entry, unit) * quantity(entry.get("scale", 1.0), "", field="scale"),
+            tare=quantity(entry.get("tare", 0.0), "s", field="tare", minimum=0.0),
+            offset=quantity(entry.get("offset", 0.0), unit, field="offset"),
+            clock=choice(entry.get("time", "header"), _CLOCKS, field="time"),
+            publisher=None if publisher is None else str(publisher),
+            optional=optional,
+        )
+    except InputError as error:
+        raise error.within(field_prefix=name) from None
+
+
+def _source(entry: dict[str, Any]) -> Source:
+    field = _text(entry, "field")
+    selectors = [key for key in ("joint", "frame", "largest_but") if key in entry]
+    if len(selectors) > 1:
+        raise InputError(f"cannot stand beside {selectors[0]!r}", field=selectors[1])
+    if "largest_but" in entry:
+        return LargestMagnitude(field, _text(entry, "largest_but"))
+    if "joint" in entry:
+        return Field(field, joint=_text(entry, "joint"))
+    if "frame" not in entry:
+        return Field(field)
+    frame = entry["frame"]
+    if not isinstance(frame, dict):
+        raise InputError(f"expected 'parent' and 'child', got {frame!r}", field="frame")
+    try:
+        refuse_unknown(frame, ("parent", "child"))
+        return Field(field, frame=Frame(_text(frame, "parent"), _text(frame, "child")))
+    except InputError as error:
+        raise error.within(field_prefix="frame") from None
+
+
+def _si_per_unit(entry: dict[str, Any], unit: str) -> float:
+    if "unit" not in entry:
+        return 1.0
+    return quantity(f"1 {_text(entry, 'unit')}", unit, field="unit")
+
+
+def _text(entry: dict[str, Any], key: str) -> str:
+    value = entry.get(key)
+    if value is None:
+        raise InputError("is missing", field=key)
+    if not isinstance(value, str) or not value.strip():
+        raise InputError(f"expected a text, got {value!r}", field=key)
+    return value

@@ -1,0 +1,121 @@
+"""Energy balance of a run: what the actuator and gravity put in, and where it went."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import HalfRecord
+from hma_gripper_sim.motion.prescribed_motion import evaluate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energies and works from the start to the end of a run [J].
+
+    ``actuator + gravity = kinetic + elastic + joints + contact + friction`` up to `residual`.
+
+    Parameters
+    ----------
+    actuator, gravity
+        Work done on the gripper; the actuator's includes the impulse of every velocity jump
+        after the start.
+    kinetic, elastic
+        Change of the gripper's kinetic energy and of the energy in its joint springs.
+    joints
+        Lost in the joint dampers.
+    contact
+        Given to the contacts along their normals: stored and lost there.
+    friction
+        Lost in friction.
+    """
+
+    actuator: float
+    gravity: float
+    kinetic: float
+    elastic: float
+    joints: float
+    contact: float
+    friction: float
+
+    @property
+    def residual(self) -> float:
+        """What the balance lacks [J]."""
+        received = self.actuator + self.gravity
+        return received - self.kinetic - self.elastic - self.joints - self.contact - self.friction
+
+    @property
+    def relative_residual(self) -> float:
+        """The residual relative to the largest term."""
+        largest = max(abs(getattr(self, field.name)) for field in fields(self))
+        return abs(self.residual) / largest if largest > 0.0 else 0.0
+
+
+def energy_balance(
+    scene: Scene, motion: Motion, records: tuple[HalfRecord, HalfRecord]
+) -> EnergyBalance:
+    """Balance a run of both halves (of which one may be the mirror image of the other)."""
+    chain, middle = scene.half.chain, scene.half.middle_mass
+    end = min(float(record.time[-1]) for record in records)
+    travel, speed, _ = evaluate(motion, np.array([motion.time[0], end]), before=True)
+    middle_kinetic = 0.5 * middle * float(speed[1] ** 2 - speed[0] ** 2)
+    middle_gravity = middle * scene.gravity * float(travel[1] - travel[0])
+    actuator = middle_kinetic - middle_gravity
+    gravity, kinetic, elastic = middle_gravity, middle_kinetic, 0.0
+    joints = contact = friction = 0.0
+    for record in records:
+        ends = [0, -1]
+        q, v = record.q[ends], record.v[ends]
+        height, energy = _height_and_motion(scene, q, v, speed)
+        weight = chain.mass * scene.gravity
+        gravity -= float(weight @ (height[1] - height[0] - (travel[1] - travel[0])))
+        kinetic += float(energy[1] - energy[0])
+        elastic += 0.5 * float(chain.stiffness @ (q[1] ** 2 - q[0] ** 2))
+        work = record.work[-1] - record.work[0]
+        actuator += float(work[0])
+        joints += float(work[1])
+        contact += float(work[2] - work[3])
+        friction += float(work[3])
+        actuator += _impulsive_work(scene, motion, record, end)
+    return EnergyBalance(actuator, gravity, kinetic, elastic, joints, contact, friction)
+
+
+def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float) -> float:
+    """Work of the actuator on one half in the velocity jumps inside a run [J].
+
+    A jump changes every body's velocity by as much as the base's, and joint angles and rates not
+    at all: the work is the change of kinetic energy.  A step ends at each jump.
+    """
+    time = motion.time[1:-1]
+    time = time[motion.jump[1:] & (time < end)]
+    _, before, _ = evaluate(motion, time, before=True)
+    _, after, _ = evaluate(motion, time)
+    rows = np.searchsorted(record.time, time)
+    q, v = record.q[rows], record.v[rows]
+    _, energy_before = _height_and_motion(scene, q, v, before)
+    _, energy_after = _height_and_motion(scene, q, v, after)
+    return float(np.sum(energy_after - energy_before))
+
+
+def _height_and_motion(scene: Scene, q: Array, v: Array, speed: Array) -> tuple[Array, Array]:
+    """Heights of the bodies over the base [m], (r, n), and their kinetic energy [J], (r,)."""
+    chain = scene.half.chain
+    angle = np.cumsum(q + chain.rest, axis=1)
+    turn = np.cumsum(v, axis=1)
+    link = np.exp(1j * angle) * (chain.link[:, 0] + 1j * chain.link[:, 1])
+    arm = np.exp(1j * angle) * (chain.centre[:, 0] + 1j * chain.centre[:, 1])
+    # Joints slide by straightening q^2 along the beam, whose direction turns by half of q.
+    along = chain.straightening * np.exp(1j * (angle - 0.5 * q))
+    slide = along * q**2
+    slide_rate = along * 2.0 * q * v + 1j * slide * (turn - 0.5 * v)
+    place = np.cumsum(link + slide, axis=1) - link + arm
+    rate = np.cumsum(1j * link * turn + slide_rate, axis=1) - 1j * link * turn + 1j * arm * turn
+    rate -= 1j * speed[:, None]
+    energy = 0.5 * (np.abs(rate) ** 2 @ chain.mass + turn**2 @ chain.inertia)
+    return np.asarray(place.imag), np.asarray(energy)

@@ -1,0 +1,122 @@
+"""Everything that the node publishes."""
+
+from __future__ import annotations
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from hma_gripper_sim.device.arbitration import Arbiter
+from hma_gripper_sim.device.drive import Drive
+from hma_gripper_sim.device.settings import Settings
+from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
+from hma_gripper_sim.ros.markers import MarkerMessages
+from hma_gripper_sim.ros.state_messages import SerialisedMessage, StateMessages
+from hma_gripper_sim.simulation.simulation import SimulationState
+
+STATE_QOS = QoSProfile(depth=100)
+"""A recorder that stalls for a tenth of a second at 1 kHz loses nothing."""
+
+LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+DIAGNOSTICS_PERIOD = 1.0
+"""Time between two reports on this machine's clock [s]."""
+
+
+class Outputs:
+    """The publishers: what goes out every tick, and what has a slower pace of its own.
+
+    Parameters
+    ----------
+    node
+        Publishes.
+    settings
+        At the start.
+    """
+
+    def __init__(self, node: Node, settings: Settings) -> None:
+        scene = settings.scenes[settings.contour]
+        self._node = node
+        self._state_messages = StateMessages(scene.joint_names)
+        self._joint_states = node.create_publisher(JointState, "joint_states", STATE_QOS)
+        self._wrench = node.create_publisher(WrenchStamped, "~/actuator_wrench", STATE_QOS)
+        self._phi = node.create_publisher(JointState, "~/phi", STATE_QOS)
+        self._contour = node.create_publisher(String, "~/contour", LATCHED_QOS)
+        self._clock = None
+        if settings.publish_clock:
+            self._clock = node.create_publisher(Clock, "/clock", STATE_QOS)
+        self._clock_message = SerialisedMessage(Clock())
+        self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED_QOS)
+        self._marker_messages = MarkerMessages()
+        self._drawn: tuple[str, SimulationState] | None = None
+        self._markers_due = 0.0
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._reports = Diagnostics(node.get_name(), scene.design)
+        self._joints = len(scene.joint_names)
+        self._pace = Pace(self._joints)
+        self._reported = time.monotonic()
+
+    def publish_contour(self, name: str) -> None:
+        """Publish which object is in place."""
+        self._contour.publish(String(data=name))
+
+    def publish_state(self, state: SimulationState, stamp: int) -> None:
+        """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
+        messages = self._state_messages
+        messages.fill(state, stamp)
+        self._joint_states.publish(messages.joint_states.content)
+        self._wrench.publish(messages.actuator_wrench.content)
+        self._phi.publish(messages.phi.content)
+        if self._clock is not None:
+            self._clock_message.stamp(*divmod(stamp, 1_000_000_000))
+            self._clock.publish(self._clock_message.content)
+
+    def count_tick(self, state: SimulationState, took: float, *, moved: bool) -> None:
+        """Take a tick that took so long [s] into the next report."""
+        self._pace.add(state, took, moved=moved)
+
+    def publish_slow(
+        self, settings: Settings, drive: Drive, arbiter: Arbiter, timeline: Timeline
+    ) -> None:
+        """Publish markers and diagnostics when their time has come."""
+        now = time.monotonic()
+        if now >= self._markers_due and settings.markers_rate:
+            self._markers_due = now + 1.0 / settings.markers_rate
+            self._draw(settings, drive, timeline.stamp)
+        if now >= self._reported + DIAGNOSTICS_PERIOD:
+            report = self._reports.report(
+                self._node.get_clock().now().to_msg(),
+                drive.status(),
+                arbiter.counts,
+                drive.snapshot(),
+                drive.validity(),
+                self._pace,
+                timeline.overruns,
+                period=settings.period,
+                factor=settings.real_time_factor,
+                elapsed=now - self._reported,
+            )
+            self._diagnostics.publish(report)
+            self._pace = Pace(self._joints)
+            self._reported = now
+
+    def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:
+        """Publish markers where someone listens and something has changed; the last are latched."""
+        picture = (settings.contour, drive.state)
+        seen = self._drawn is not None and all(
+            new is old for new, old in zip(picture, self._drawn, strict=True)
+        )
+        if seen or drive.status().failure or not self._markers.get_subscription_count():
+            return
+        scene = settings.scenes[settings.contour]
+        self._marker_messages.fill(scene, drive.state, drive.snapshot(), stamp)
+        self._markers.publish(self._marker_messages.message)
+        self._drawn = picture

@@ -1,0 +1,169 @@
+"""Logs in every way that they are stored, written by others."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hma_gripper_sim import InputError
+from hma_gripper_sim.recordings.reading import read_messages, read_recording
+from hma_gripper_sim.recordings.signal_map import SignalMap
+
+Storages = dict[str, Callable[[Path, list[Any]], Path]]
+
+LOGGED_PHI = {
+    "topic": "/hma_gripper_sim/phi",
+    "field": "position",
+    "joint": "phi_left",
+    "time": "log",
+}
+
+START, PERIOD = 1_700_000_000_123_456_789, 10_000_000  # ns
+
+
+def test_every_storage_gives_the_same_numbers(stored_log: Path, five_ticks: Path) -> None:
+    expected, recording = read_recording(five_ticks), read_recording(stored_log)
+    assert recording.start == START
+    assert recording.signals.keys() == expected.signals.keys()
+    for name, series in expected.signals.items():
+        np.testing.assert_array_equal(recording[name].time, series.time)
+        np.testing.assert_array_equal(recording[name].value, series.value)
+    (note,) = recording.notes
+    assert "velocity_command is absent" in note
+
+
+def test_every_storage_gives_the_same_messages(stored_log: Path) -> None:
+    topics = ["/joint_states", "/hma_gripper_sim/contour"]
+    messages = list(read_messages(stored_log, topics))
+    assert [message.topic for message in messages] == [topics[1], *[topics[0]] * 5]
+    assert [message.stamp for message in messages] == [
+        START,
+        *(START + i * PERIOD for i in range(5)),
+    ]
+    assert messages[0].content.data == "box"
+    assert messages[-1].content.position[0] == 0.004
+
+
+def test_truncated_database_is_named(
+    tmp_path: Path, storages: Storages, make_ticks: Callable[[int], list[Any]]
+) -> None:
+    """SQLite refuses it: nothing is recovered, and nothing is made up."""
+    path = storages["db3"](tmp_path, make_ticks(40))
+    content = path.read_bytes()
+    assert len(content) > 10 * 997
+    for kept in range(0, len(content), 997):
+        path.write_bytes(content[:kept])
+        with pytest.raises(InputError, match=r"cannot be read: [^\n]+$") as caught:
+            read_recording(path)
+        assert caught.value.source == str(path)
+
+
+def test_database_of_a_recorder_that_was_killed_is_read_with_its_journal(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """rosbag2's resilient profile: what was committed last is in the -wal file only."""
+    path = storages["db3"](tmp_path, entries[:-3])
+    killed = tmp_path / "killed.db3"
+    connection = sqlite3.connect(path)
+    connection.execute("PRAGMA journal_mode=WAL")
+    connection.execute("CREATE TABLE more AS SELECT * FROM messages")
+    connection.execute(
+        "INSERT INTO messages SELECT id + 100, topic_id, timestamp + 1000000000, data FROM more"
+    )
+    connection.commit()
+    shutil.copy(path, killed)
+    shutil.copy(f"{path}-wal", f"{killed}-wal")
+    connection.close()
+    content = killed.read_bytes()
+    recording = read_recording(killed, SignalMap.from_mapping({"phi_left": LOGGED_PHI}))
+    assert recording["phi_left"].value.size == 8
+    assert "killed.db3 was not closed: read with its killed.db3-wal" in recording.notes
+    assert killed.read_bytes() == content
+
+
+def test_truncated_file_that_was_compressed_gives_what_is_left(
+    tmp_path: Path, storages: Storages, make_ticks: Callable[[int], list[Any]]
+) -> None:
+    path = storages["rosbag2 mcap, zstd file"](tmp_path, make_ticks(3000))
+    file = path / "bag.mcap.zstd"
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    recording = read_recording(path)
+    assert 0 < recording["travel"].value.size < 3000
+    assert "bag.mcap.zstd is truncated: ends at byte" in recording.notes[0]
+
+
+@pytest.mark.parametrize("kind", ["rosbag2 mcap, zstd messages", "rosbag2 sqlite3, zstd messages"])
+def test_messages_that_cannot_be_decompressed_are_named(
+    kind: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages[kind](tmp_path, entries)
+    (file,) = (file for file in path.iterdir() if file.name != "metadata.yaml")
+    file.write_bytes(file.read_bytes().replace(b"(\xb5/\xfd", b"(\xb5/\xfe"))
+    with pytest.raises(InputError, match=r"cannot be read: .*(frame|zstd|magic)"):
+        read_recording(path)
+
+
+def test_directory_without_metadata_is_read(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """The recorder was killed: rosbag2 writes it last. log_10 comes behind log_9."""
+    path = storages["rosbag2 mcap, split"](tmp_path, entries)
+    (path / "metadata.yaml").unlink()
+    (path / "bag_0.mcap").rename(path / "bag_9.mcap")
+    (path / "bag_1.mcap").rename(path / "bag_10.mcap")
+    recording = read_recording(path)
+    assert recording["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
+    assert "has no metadata.yaml: the recording was not finished" in recording.notes
+
+
+def test_files_that_metadata_does_not_list_are_named(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["rosbag2 mcap"](tmp_path, entries)
+    (path / "other.mcap").write_bytes(b"")
+    assert "other.mcap is not listed in metadata.yaml: not read" in read_recording(path).notes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("rosbag2_bagfile_information", "something", "rosbag2_bagfile_information: is missing"),
+        ("relative_file_paths:", "files_of_it:", "relative_file_paths: expected a list of names"),
+        ("- bag.mcap", "- lost.mcap", r"lost.mcap: cannot be read: No such file or directory"),
+        ("- bag.mcap", "- {a: 1}", "relative_file_paths: expected a list of names"),
+        ("compression_mode: ''", "compression_mode: zip", "compression_mode: must be one of"),
+        ("compression_mode: ''", "compression_mode: FILE", "compression_format: must be one of"),
+        ("version: 9", "version: [", "not valid YAML"),
+    ],
+)
+def test_bad_metadata_is_named(
+    old: str, new: str, reason: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["rosbag2 mcap"](tmp_path, entries)
+    metadata = path / "metadata.yaml"
+    assert old in metadata.read_text()
+    metadata.write_text(metadata.read_text().replace(old, new))
+    with pytest.raises(InputError, match=reason) as caught:
+        read_recording(path)
+    assert str(path) in str(caught.value.source)
+
+
+@pytest.mark.parametrize("plugin", ["mcap", "sqlite3"])
+def test_topic_that_rosbag2_recorded_from_two_publishers_is_refused(
+    plugin: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """Its profiles of quality of service say so. The joints of joint states tell theirs apart."""
+    path = storages[f"rosbag2 {plugin}, two publishers"](tmp_path, entries)
+    reason = "actuator_force: 2 publishers, which the recorder did not tell apart"
+    with pytest.raises(InputError, match=reason) as caught:
+        read_recording(path)
+    assert caught.value.field == "/hma_gripper_sim/actuator_wrench"
+    joints = SignalMap.from_mapping({"phi_left": LOGGED_PHI})
+    assert read_recording(path, joints)["phi_left"].value.size == 5

@@ -1,0 +1,107 @@
+"""Command topics: what each message says, and what is no command."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hma_gripper_sim import InputError
+from hma_gripper_sim.device.arbitration import TrajectoryCommand, VelocityCommand
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+
+from builtin_interfaces.msg import Duration, Time
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray, Header
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from hma_gripper_sim.ros.inputs import SOURCES
+
+READ = {source.name: source.read for source in SOURCES}
+STAMP = Header(stamp=Time(sec=3, nanosec=5))
+
+
+def point(seconds, **values):
+    return JointTrajectoryPoint(
+        time_from_start=Duration(sec=int(seconds), nanosec=round(seconds % 1 * 1e9)), **values
+    )
+
+
+def test_each_way_in_says_the_same():
+    for name, message, stamp in (
+        ("cmd_velocity", Float64(data=0.01), 0),
+        ("commands", Float64MultiArray(data=[0.01]), 0),
+        (
+            "joint_commands",
+            JointState(header=STAMP, name=["elbow", "slide"], velocity=[9.0, 0.01]),
+            3_000_000_005,
+        ),
+    ):
+        assert READ[name](message) == VelocityCommand(0.01, stamp), name
+
+
+def test_a_trajectory_is_that_of_the_slide_among_the_joints():
+    message = JointTrajectory(
+        header=STAMP,
+        joint_names=["elbow", "slide"],
+        points=[
+            point(0.25, positions=[9.0, 0.001], velocities=[9.0, 0.02]),
+            point(1.5, positions=[9.0, 0.002], velocities=[9.0, 0.0]),
+        ],
+    )
+    command = READ["joint_trajectory"](message)
+    assert isinstance(command, TrajectoryCommand)
+    assert command.stamp == 3_000_000_005
+    assert command.trajectory.end == 1.5
+    spline = command.trajectory.spline(0.25, 0.0, 0.0)
+    assert spline.at(0.25) == pytest.approx((0.001, 0.02), abs=1e-15)
+    assert spline.at(1.5) == (0.002, 0.0)
+
+
+def test_an_empty_trajectory_stops():
+    message = JointTrajectory(joint_names=["slide"])
+    assert READ["joint_trajectory"](message) == VelocityCommand(0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "message", "field", "reason"),
+    [
+        ("commands", Float64MultiArray(), "data", "one element, got 0"),
+        ("commands", Float64MultiArray(data=[0.1, 0.2]), "data", "one element, got 2"),
+        ("joint_commands", JointState(), "name", "'slide' once"),
+        ("joint_commands", JointState(name=["elbow"], velocity=[0.1]), "name", "'slide' once"),
+        ("joint_commands", JointState(name=["slide"] * 2, velocity=[0.1] * 2), "name", "once"),
+        ("joint_commands", JointState(name=["slide"], velocity=[0.1, 0.2]), "velocity", "1 entr"),
+        ("joint_commands", JointState(name=["slide"], position=[0.1]), "velocity", "is empty"),
+        (
+            "joint_trajectory",
+            JointTrajectory(joint_names=["elbow"], points=[point(1, positions=[0.0])]),
+            "joint_names",
+            "'slide' once",
+        ),
+        (
+            "joint_trajectory",
+            JointTrajectory(joint_names=["slide"], points=[point(1, positions=[0.0, 1.0])]),
+            "points[0].positions",
+            "1 entries or none",
+        ),
+        (
+            "joint_trajectory",
+            JointTrajectory(joint_names=["slide"], points=[point(1, positions=[math.nan])]),
+            "points[0].position",
+            "finite",
+        ),
+        (
+            "joint_trajectory",
+            JointTrajectory(joint_names=["slide"], points=[point(-1.0, positions=[0.0])]),
+            "points[0].time",
+            "at least 0",
+        ),
+    ],
+)
+def test_what_is_no_command_is_refused_by_field(name, message, field, reason):
+    with pytest.raises(InputError) as caught:
+        READ[name](message)
+    assert caught.value.field == field
+    assert reason in caught.value.reason
