@@ -62,7 +62,15 @@ class SolverStats:
     steps, rejected
         Accepted and rejected time steps, of all halves that were stepped.
     newton_iterations
-        Of all accepted steps.
+        Of all steps.
+    repeats
+        Runs before this one, of the half with the most, that were not accurate enough.
+    estimated_error
+        Of the run: root mean square of the actuator force relative to its largest magnitude, or
+        of the angles of the beams [rad], whichever is larger.  It is the embedded estimates of
+        the steps carried to the end of the run by its linearisation, of the worse half.
+    tolerance
+        What was asked of it.
     wall_time
         [s]
     """
@@ -71,6 +79,9 @@ class SolverStats:
     steps: int
     rejected: int
     newton_iterations: int
+    repeats: int
+    estimated_error: float
+    tolerance: float
     wall_time: float
 
     @property

@@ -39,6 +39,8 @@ class Observed:
     stress_ratio, overstress_time
         Largest bending stress relative to the end of the material's linear range, and when that
         was first left [s]; None: never.
+    excess
+        Estimated error of the solver relative to the tolerance.
     """
 
     outcome: Outcome
@@ -52,6 +54,7 @@ class Observed:
     penetration_time: float
     stress_ratio: float
     overstress_time: float | None
+    excess: float
 
 
 def join(parts: Sequence[Observed]) -> Observed:
@@ -75,6 +78,7 @@ def join(parts: Sequence[Observed]) -> Observed:
         deepest.penetration_time,
         max(part.stress_ratio for part in parts),
         min(over, default=None),
+        max(part.excess for part in parts),
     )
 
 
@@ -101,6 +105,7 @@ def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
         penetration_time=snapshot.time,
         stress_ratio=0.0,
         overstress_time=None,
+        excess=0.0,
     )
 
 

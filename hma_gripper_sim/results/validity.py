@@ -35,7 +35,7 @@ class Finding:
     Parameters
     ----------
     name
-        Which of them it is: ``outcome``, ``unmodelled_contact``, ``penetration``, ``stress``,
+        Which of them it is: ``outcome``, ``tolerance``, ``unmodelled_contact``, ``penetration``, ``stress``,
         ``no_contact``, ``sampled_contour``, ``discretisation``, ``sensitive``, ``verification``.
     severity
         How much it matters.
@@ -75,6 +75,12 @@ def _of_run(scene: Scene, observed: Observed) -> list[Finding]:
     if observed.outcome is not Outcome.CONVERGED:
         text = str(SimulationError(observed.outcome, observed.end))
         found.append(Finding("outcome", Severity.ERROR, text, observed.end))
+    if observed.excess > 1.0:
+        text = (
+            f"the error is estimated as {observed.excess:.2g} times the tolerance: the scene makes "
+            "small errors grow by more than smaller steps could make up for"
+        )
+        found.append(Finding("tolerance", Severity.WARNING, text))
     for touch in observed.touches:
         found.append(Finding("unmodelled_contact", Severity.WARNING, str(touch), touch.time))
     if is_deep(scene, observed.penetration):

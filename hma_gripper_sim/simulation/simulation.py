@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.integrator import (
+    COARSEST,
     DONE,
     NOT_FINITE,
     STUCK,
@@ -46,7 +48,9 @@ from hma_gripper_sim.units import quantity
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
-EST: list = []
+REPEATS = 3  # of a run whose estimated error is beyond the tolerance
+AIM, TIGHTER, TIGHTEST = 0.5, 0.3, 0.03  # of the excess; how much lower the next tolerance is
+FINEST = 1e-8  # tolerance that rounding lets through
 ROWS = 256  # of the record of a run before it first grows
 OUTCOMES = {
     DONE: Outcome.CONVERGED,
@@ -86,6 +90,16 @@ class SimulationState:
     joint_effort: Array
 
 
+class HalfRun(NamedTuple):
+    """One half after a run."""
+
+    outcome: Outcome
+    record: HalfRecord
+    state: HalfState  # at the end
+    error: float  # estimated, in the measure of the tolerance
+    repeats: int  # runs before this one that were not accurate enough
+
+
 class Half:
     """State and buffers of one half."""
 
@@ -104,24 +118,47 @@ class Half:
         self.state = state
         return OUTCOMES[status]
 
-    def run(self, motion: Motion, tolerance: float) -> tuple[Outcome, HalfRecord]:
-        """Step to the end of `motion` and record it."""
+    def run(self, motion: Motion, tolerance: float) -> HalfRun:
+        """Step to the end of `motion` and record it.
+
+        Where errors grow by so much on the way that the run would exceed the tolerance, or where
+        it ends early, it is repeated with a lower tolerance of its steps.
+        """
+        start, stepping = self.state, min(tolerance, COARSEST)
+        run = self._run_once(motion, stepping)
+        for repeats in range(1, REPEATS + 1):
+            done = run.outcome is Outcome.CONVERGED
+            excess = run.error / tolerance if done else 1.0 / TIGHTER
+            if (done and excess <= 1.0) or stepping <= FINEST:
+                break
+            stepping = max(FINEST, stepping * max(TIGHTEST, min(TIGHTER, AIM / excess)))
+            self.state = start
+            again = self._run_once(motion, stepping)
+            if done and again.outcome is not Outcome.CONVERGED:
+                break
+            run = again._replace(repeats=repeats)
+        self.state = run.state
+        return run
+
+    def _run_once(self, motion: Motion, tolerance: float) -> HalfRun:
         state = copy_state(self.state)
         record = _empty_record(state)
         filled = 1
-        self.run_scratch.going[0] = 0.0
-        e = self.run_scratch.error
-        e.angle[:] = 0; e.rate[:] = 0; e.square[:] = 0
+        scratch = self.run_scratch
+        scratch.going[0] = 0.0
+        for part in (scratch.error.angle, scratch.error.rate, scratch.error.square):
+            part[:] = 0.0
         while True:
             status, filled = integrate_radau(
-                self.model, motion, tolerance, state, record, filled, self.work, self.run_scratch
+                self.model, motion, tolerance, state, record, filled, self.work, scratch
             )
             if status != FULL:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
-        self.est = np.sqrt(e.square/motion.time[-1]); EST.append((self.est[0]/state.clock[2],self.est[1]))
-        self.state = state
-        return OUTCOMES[status], HalfRecord(*(part[:filled] for part in record))
+        force, angle = np.sqrt(scratch.error.square / (motion.time[-1] - motion.time[0]))
+        error = float(max(force / state.clock[2], angle))
+        rows = HalfRecord(*(part[:filled] for part in record))
+        return HalfRun(OUTCOMES[status], rows, state, error, 0)
 
 
 class Simulation:
@@ -133,10 +170,10 @@ class Simulation:
         What is simulated.
     tolerance
         Root mean square error over a run: of the actuator force, relative to its largest
-        magnitude in the run, and of the angles φ in radians.  It is controlled by the errors of
-        steps: most runs stay within it, and ``verify=True`` tells whether one did.  None: what
-        the model's error leaves of the scene's accuracy, or 1e-3.  At least 1e-8; above 2e-2 it
-        is taken as that.
+        magnitude in the run, and of the angles φ in radians.  The error is estimated along with
+        a run, and a run that exceeds the tolerance is repeated with smaller steps; ``verify=True``
+        checks it.  None: what the model's error leaves of the scene's accuracy, or 1e-3.  At
+        least 1e-8; above 2e-2 it is taken as that.
 
     Raises
     ------
@@ -156,7 +193,7 @@ class Simulation:
                 else stepping_tolerance(scene.accuracy, scene.resolution.model_error)
             )
         self.tolerance = quantity(
-            tolerance, "", field="tolerance", source="Simulation", minimum=1e-8, maximum=1.0
+            tolerance, "", field="tolerance", source="Simulation", minimum=FINEST, maximum=1.0
         )
         _load_machine_code()
         self._scene = scene
@@ -273,18 +310,22 @@ class Simulation:
         before = self.snapshot()
         start = clock.perf_counter()
         counts = self._counts()
-        records = []
-        worst = Outcome.CONVERGED
-        for half in self._halves:
-            outcome, record = half.run(motion, self.tolerance)
-            records.append(record)
-            if outcome is not Outcome.CONVERGED:
-                worst = outcome
+        runs = [half.run(motion, self.tolerance) for half in self._halves]
+        failures = [run.outcome for run in runs if run.outcome is not Outcome.CONVERGED]
         steps, rejected, iterations = (
             now - then for now, then in zip(self._counts(), counts, strict=True)
         )
-        stats = SolverStats(worst, steps, rejected, iterations, clock.perf_counter() - start)
-        trace = Trace(self._scene, motion, records, sample_period, stats)
+        stats = SolverStats(
+            failures[-1] if failures else Outcome.CONVERGED,
+            steps,
+            rejected,
+            iterations,
+            max(run.repeats for run in runs),
+            max(run.error for run in runs),
+            self.tolerance,
+            clock.perf_counter() - start,
+        )
+        trace = Trace(self._scene, motion, [run.record for run in runs], sample_period, stats)
         if stats.converged:
             self._arrive(motion)
         else:

@@ -276,7 +276,7 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
     motion = follow(lambda t: SPEED if t < 0.4 else 0.0, 0.0, 0.0, 0.5)
     ticking, running = (Half(scene.models[0], scene.start_states[0]) for _ in range(2))
     assert ticking.tick(motion, 1e-6) is Outcome.CONVERGED
-    assert running.run(motion, 1e-6)[0] is Outcome.CONVERGED
+    assert running.run(motion, 1e-6).outcome is Outcome.CONVERGED
     old, new = ticking.state, running.state
     assert new.counts[0] < old.counts[0] / 3
     assert new.modes.normal.tolist() == old.modes.normal.tolist()
