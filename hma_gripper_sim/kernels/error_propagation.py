@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-7  # rad; displacement by which directional derivatives are taken
 LARGEST = 1.0  # rad; errors beyond mean that nothing is known any more
+FLOOR = 10.0  # tolerances: errors up to which nothing needs to move
+REMEMBERED = 0.8  # of what has moved lately, a step later
 HOLD = 1e7  # that keeps a stick, relative to the tip's own stiffness
 OWN = 0.2  # share of the embedded estimate, of order 3, that stands for the error of a step
 
@@ -52,6 +54,8 @@ class ErrorWork(NamedTuple):
     before: Array  # accelerations before an event [rad/s^2], shape (n,)
     modes: ContactModes  # and modes before it
     load: Array  # error of the vertical load at the stages [N], shape (3,)
+    swing: Array  # how much load [N] and angles [rad] have moved lately, shape (2,)
+    floor: Array  # errors relative to it, and in rad, that need no motion to be believed, (1,)
     square: Array  # integrals of the squared errors: load [N^2 s], angle [rad^2 s]; shape (2,)
 
 
@@ -69,7 +73,16 @@ def error_work(n: int, candidates: int) -> ErrorWork:
         contact_modes(candidates),
         np.zeros(3),
         np.zeros(2),
+        np.zeros(1),
+        np.zeros(2),
     )
+
+
+def clear_error(error: ErrorWork, tolerance: float) -> None:
+    """Begin a run, of which `tolerance` is asked, without an error."""
+    for part in (error.angle, error.rate, error.swing, error.square):
+        part[:] = 0.0
+    error.floor[0] = FLOOR * tolerance
 
 
 @kernel
@@ -99,12 +112,16 @@ def propagate_error(
     segment: int,
     t: float,
     h: float,
+    before: float,
     scale: float,
     modes: ContactModes,
     work: RadauWork,
     error: ErrorWork,
 ) -> None:
-    """Carry the error of the state over the step in `work`, and add the step's own."""
+    """Carry the error of the state over the step in `work`, and add the step's own.
+
+    `before` is the load on the base at its start, `scale` the largest so far [N].
+    """
     n, contacts = error.angle.size, work.contacts
     size = 0.0
     for j in range(n):
@@ -141,21 +158,47 @@ def propagate_error(
         z0, z1, z2 = error.increment[0, j], error.increment[1, j], error.increment[2, j]
         error.angle[j] += h * error.rate[j] + z2
         error.rate[j] += (INVERSE[2, 0] * z0 + INVERSE[2, 1] * z1 + INVERSE[2, 2] * z2) / h
-    turn, largest, z = 0.0, 0.0, work.stages.z
-    for j in range(n):
-        turn += error.angle[j]
-        largest = max(largest, abs(turn))
-    error.square[0] += h * min(abs(error.load[2]), scale) ** 2
-    error.square[1] += h * min(largest, LARGEST) ** 2
+    largest = _saturate(h, before, scale, work, error)
+    error.square[0] += h * error.load[2] ** 2
+    error.square[1] += h * largest**2
+    z = work.stages.z
     for j in range(n):
         own = EMBEDDED[0] * z[0, j] + EMBEDDED[1] * z[1, j] + EMBEDDED[2] * z[2, j]
         own *= OWN / GAMMA
         error.angle[j] += own
         error.rate[j] += own / h
-    if largest > LARGEST:
-        for j in range(n):
-            error.angle[j] *= LARGEST / largest
-            error.rate[j] *= LARGEST / largest
+
+
+@kernel
+def _saturate(
+    h: float, before: float, scale: float, work: RadauWork, error: ErrorWork
+) -> float:
+    """Bound the error by what moves, beyond its floor; return that of the angles.
+
+    Small errors grow by a factor in each of many small impacts that follow each other, but two
+    motions that differ in these differ by no more than what each of them moves.  `before` is the
+    load on the base at the step's start [N].
+    """
+    stages, swing = work.stages, error.swing
+    turn, moved, largest = 0.0, 0.0, 0.0
+    for j in range(error.angle.size):
+        turn += error.angle[j]
+        moved += stages.q[2, j] - stages.q[0, j]
+        largest = max(largest, abs(turn))
+        swing[1] = max(swing[1], abs(moved))
+    for i in range(3):
+        swing[0] = max(swing[0], abs(stages.load[i] - before))
+    bound = min(LARGEST, swing[1] + error.floor[0])
+    if largest > bound:
+        for j in range(error.angle.size):
+            error.angle[j] *= bound / largest
+            error.rate[j] *= bound / largest
+        largest = bound
+    bound = min(scale, swing[0] + error.floor[0] * scale)
+    error.load[2] = max(-bound, min(bound, error.load[2]))
+    swing[0] *= REMEMBERED
+    swing[1] *= REMEMBERED
+    return largest
 
 
 @kernel

@@ -572,7 +572,9 @@ def integrate_radau(
         for i in range(n):
             if not np.isfinite(stages.q[2, i]):
                 return NOT_FINITE, filled
-        propagate_error(model, motion, segment, t, h, clock[2], modes, step, scratch.error)
+        propagate_error(
+            model, motion, segment, t, h, state.load[0], clock[2], modes, step, scratch.error
+        )
         for i in range(n):
             state.q[i] = stages.q[2, i]
             state.v[i] = stages.v[2, i]

@@ -18,6 +18,7 @@ from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
 from hma_gripper_sim.kernels.dense_output import add_load
+from hma_gripper_sim.kernels.error_propagation import clear_error
 from hma_gripper_sim.kernels.integrator import (
     COARSEST,
     DONE,
@@ -125,7 +126,7 @@ class Half:
         it ends early, it is repeated with a lower tolerance of its steps.
         """
         start, stepping = self.state, min(tolerance, COARSEST)
-        run = self._run_once(motion, stepping)
+        run = self._run_once(motion, stepping, tolerance)
         for repeats in range(1, REPEATS + 1):
             done = run.outcome is Outcome.CONVERGED
             excess = run.error / tolerance if done else 1.0 / TIGHTER
@@ -133,21 +134,20 @@ class Half:
                 break
             stepping = max(FINEST, stepping * max(TIGHTEST, min(TIGHTER, AIM / excess)))
             self.state = start
-            again = self._run_once(motion, stepping)
+            again = self._run_once(motion, stepping, tolerance)
             if done and again.outcome is not Outcome.CONVERGED:
                 break
             run = again._replace(repeats=repeats)
         self.state = run.state
         return run
 
-    def _run_once(self, motion: Motion, tolerance: float) -> HalfRun:
+    def _run_once(self, motion: Motion, tolerance: float, asked: float) -> HalfRun:
         state = copy_state(self.state)
         record = _empty_record(state)
         filled = 1
         scratch = self.run_scratch
         scratch.going[0] = 0.0
-        for part in (scratch.error.angle, scratch.error.rate, scratch.error.square):
-            part[:] = 0.0
+        clear_error(scratch.error, asked)
         while True:
             status, filled = integrate_radau(
                 self.model, motion, tolerance, state, record, filled, self.work, scratch
