@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,9 @@ class EnergyBalance:
         Given to the contacts along their normals: stored and lost there.
     friction
         Lost in friction.
+    turnover
+        The largest of these and of the works at any time of the run: where the gripper returns
+        to where it began, they end at nothing.
     """
 
     actuator: float
@@ -43,6 +46,7 @@ class EnergyBalance:
     joints: float
     contact: float
     friction: float
+    turnover: float
 
     @property
     def residual(self) -> float:
@@ -52,9 +56,8 @@ class EnergyBalance:
 
     @property
     def relative_residual(self) -> float:
-        """The residual relative to the largest term."""
-        largest = max(abs(getattr(self, field.name)) for field in fields(self))
-        return abs(self.residual) / largest if largest > 0.0 else 0.0
+        """The residual relative to the turnover."""
+        return abs(self.residual) / self.turnover if self.turnover > 0.0 else 0.0
 
 
 def energy_balance(
@@ -68,7 +71,7 @@ def energy_balance(
     middle_gravity = middle * scene.gravity * float(travel[1] - travel[0])
     actuator = middle_kinetic - middle_gravity
     gravity, kinetic, elastic = middle_gravity, middle_kinetic, 0.0
-    joints = contact = friction = 0.0
+    joints = contact = friction = peak = 0.0
     for record in records:
         ends = [0, -1]
         q, v = record.q[ends], record.v[ends]
@@ -77,13 +80,16 @@ def energy_balance(
         gravity -= float(weight @ (height[1] - height[0] - (travel[1] - travel[0])))
         kinetic += float(energy[1] - energy[0])
         elastic += 0.5 * float(chain.stiffness @ (q[1] ** 2 - q[0] ** 2))
-        work = record.work[-1] - record.work[0]
+        works = record.work - record.work[0]
+        work = works[-1]
+        peak = max(peak, float(np.abs(works).max()))
         actuator += float(work[0])
         joints += float(work[1])
         contact += float(work[2] - work[3])
         friction += float(work[3])
         actuator += _impulsive_work(scene, motion, record, end)
-    return EnergyBalance(actuator, gravity, kinetic, elastic, joints, contact, friction)
+    terms = (actuator, gravity, kinetic, elastic, joints, contact, friction)
+    return EnergyBalance(*terms, max(peak, *map(abs, terms)))
 
 
 def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float) -> float:
