@@ -45,16 +45,19 @@ from hma_gripper_sim.kernels.integrator import (
 )
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
+    Stages,
     angle_error,
     guess_again,
     guess_first,
     guess_next,
     load_error,
+    parabola,
     powers,
     radau_step,
     radau_work,
 )
-from hma_gripper_sim.kernels.radau_method import NODES, QUADRATURE
+from hma_gripper_sim.kernels.radau_contact import StageContacts
+from hma_gripper_sim.kernels.radau_method import INTEGRAL, NODES
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
@@ -83,6 +86,8 @@ ACCURACY = 1e-3  # of the iteration, relative to the tolerance
 LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
+TINY = 1e-300  # for a quotient
+CUT = 0.05  # of a step, by which it may be cut along its polynomials instead of being repeated
 KINK = 1e-3  # of the step: how exactly a kink of the contact's geometry is met at least
 KINK_HALVINGS = 40
 
@@ -202,9 +207,12 @@ def _first_zero(f: float, f0: float, f1: float, f2: float) -> float:
 
 
 @kernel
-def _first_event(margin: Array) -> float:
-    """Share of the step at which the first contact would change its modes, or inf."""
-    first = np.inf
+def _first_event(margin: Array) -> tuple[float, float]:
+    """Share of the step at which the first contact would change its modes, or inf.
+
+    And how uncertain it is: what the cubic adds to the parabola through the stages there.
+    """
+    first, doubt = np.inf, 0.0
     for k in range(margin.shape[1]):
         for event in range(2):
             f = margin[0, k, event]
@@ -213,8 +221,13 @@ def _first_event(margin: Array) -> float:
                 # Contacts that share a force may be beyond their own margins: then what counts
                 # is whether they go further.
                 low = min(0.0, f) - ROUNDING * max(abs(f), abs(f0), abs(f1), abs(f2))
-                first = min(first, _first_zero(f - low, f0 - low, f1 - low, f2 - low))
-    return first
+                theta = _first_zero(f - low, f0 - low, f1 - low, f2 - low)
+                if theta < first:
+                    a, b, c = powers(f0 - f, f1 - f, f2 - f)
+                    slope = a + theta * (2.0 * b + theta * 3.0 * c)
+                    added = c * (theta - NODES[0]) * (theta - NODES[1]) * (1.0 - theta)
+                    first, doubt = theta, abs(added) / max(abs(slope), TINY)
+    return first, doubt
 
 
 @kernel
@@ -393,13 +406,21 @@ def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) 
 
 @kernel
 def _add_work(
-    model: Model, motion: Motion, segment: int, t: float, h: float, work: Array, step: RadauWork
+    model: Model,
+    motion: Motion,
+    segment: int,
+    t: float,
+    h: float,
+    theta: float,
+    work: Array,
+    step: RadauWork,
 ) -> None:
-    """Integrate the rates of `HalfState.work` over a step into `work`, shape (4,)."""
+    """Integrate the rates of `HalfState.work` over a share of a step into `work`, shape (4,)."""
     stages, found = step.stages, step.contacts
     for i in range(3):
         base_motion(motion, segment, t + NODES[i] * h, step.base)
-        share = QUADRATURE[i] * h
+        share = INTEGRAL[1, i] + theta * INTEGRAL[2, i]
+        share = theta * h * (INTEGRAL[0, i] + theta * share)
         work[0] -= share * stages.load[i] * step.base[1]
         for j in range(stages.v.shape[1]):
             work[1] += share * model.chain.damping[j] * stages.v[i, j] * stages.v[i, j]
@@ -407,6 +428,22 @@ def _add_work(
             work[2] -= share * found.wrench[i, j] * found.found_twist[i, j]
         for k in range(found.slip.shape[1]):
             work[3] -= share * found.friction_force[i, k] * found.slip[i, k]
+
+
+@kernel
+def _cut(theta: float, h: float, state: HalfState, stages: Stages, contacts: StageContacts) -> None:
+    """Shorten a step to a share `theta` of its length, along its polynomials."""
+    for j in range(state.q.size):
+        v0 = state.v[j]
+        a, b, c = powers(stages.v[0, j] - v0, stages.v[1, j] - v0, stages.v[2, j] - v0)
+        stages.v[2, j] = v0 + theta * (a + theta * (b + theta * c))
+        stages.a[2, j] = parabola(theta, stages.a[0, j], stages.a[1, j], stages.a[2, j])
+    guess_again(theta, stages.z, contacts)
+    for j in range(state.q.size):
+        stages.q[2, j] = state.q[j] + theta * h * state.v[j] + stages.z[2, j]
+    f0, f1, f2 = stages.load[0], stages.load[1], stages.load[2]
+    for i in range(3):
+        stages.load[i] = parabola(theta * NODES[i], f0, f1, f2)
 
 
 @kernel
@@ -505,7 +542,7 @@ def integrate_radau(
             guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
         else:
             guess_next(h / scratch.going[0], stages.z, contacts)
-        landings, landed, growth = 0, False, GROW
+        landings, landed, growth, theta = 0, False, GROW, 1.0
         while True:
             iterations = radau_step(
                 model,
@@ -533,7 +570,7 @@ def integrate_radau(
                 shorter = min(growth, SAFETY)
                 if landings > 0 or max(angle, load) <= 1.0:
                     _stage_margins(model.law, modes, scratch)
-                    event = _first_event(margin)
+                    event, doubt = _first_event(margin)
                     kink = _first_kink(model, modes, contacts.found_pose, scratch.pose)
                     close = met
                     landed = event < np.inf and event <= kink
@@ -558,6 +595,9 @@ def integrate_radau(
                     if (1.0 - event) * h <= close or landings > LANDINGS:
                         break
                     shorter = event + min(0.5 * close / h, 0.5 * (1.0 - event))
+                    if landed and kink == np.inf and shorter > 1.0 - CUT and doubt * h <= close:
+                        theta = shorter
+                        break
             state.counts[1] += 1
             h *= shorter
             if h < SMALLEST_STEP:
@@ -575,6 +615,10 @@ def integrate_radau(
         propagate_error(
             model, motion, segment, t, h, state.load[0], clock[2], modes, step, scratch.error
         )
+        _add_work(model, motion, segment, t, h, theta, state.work, step)
+        if theta < 1.0:
+            _cut(theta, h, state, stages, contacts)
+            h *= theta
         for i in range(n):
             state.q[i] = stages.q[2, i]
             state.v[i] = stages.v[2, i]
@@ -583,11 +627,11 @@ def integrate_radau(
             state.wrench[j] = contacts.wrench[2, j]
             scratch.pose[0, j] = contacts.found_pose[2, j]
         for k in range(count):
-            modes.stick_force[k] = contacts.friction_force[2, k]
+            f = contacts.friction_force
+            modes.stick_force[k] = parabola(theta, f[0, k], f[1, k], f[2, k])
             margin[0, k, 0] = margin[3, k, 0]
             margin[0, k, 1] = margin[3, k, 1]
         state.load[0] = stages.load[2]
-        _add_work(model, motion, segment, t, h, state.work, step)
         clock[0] = stop if h == stop - t else t + h
         clock[2] = max(clock[2], abs(state.load[0]))
         if h * growth > clock[1] or (h < stop - t and landings == 0):
