@@ -65,7 +65,8 @@ Array = NDArray[np.float64]
 FULL = -1  # the record needs more rows
 
 SHORTEST_EULER = 1e-12  # s; of the step that finds modes
-LONGEST_EULER = 1e-4  # s, for a tolerance of 1, falling with its fourth root; likewise
+LONGEST_EULER = 1e-4  # s, for a tolerance of 1, falling with its fourth root; likewise, unless
+CROWDED = 0.03  # of the error that may show in the angles of other steps allows for more
 TRIES = 4  # of such steps, until the modes found are taken although a margin is negative
 ROUNDING = 1e-12  # of a margin
 PAST = 5.0  # lengths by which an event may have been passed that this step takes: it must be
@@ -118,7 +119,8 @@ class RadauScratch(NamedTuple):
     passage: PassageWork
     power: Array  # rates of `HalfState.work` [W], shape (4,)
     error: ErrorWork
-    going: Array  # length of the last step [s], 0: start afresh; shape (1,)
+    # Length of the last step [s], 0: start afresh; error of the last one that found modes [rad].
+    going: Array  # shape (2,)
 
 
 def radau_scratch(model: Model) -> RadauScratch:
@@ -136,7 +138,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         passage_work(q.size, len(model.fingertip.points), k),
         np.zeros(4),
         error_work(q.size, k),
-        np.zeros(1),
+        np.zeros(2),
     )
 
 
@@ -341,10 +343,16 @@ def _find_modes(
     stage_power(model, s, scratch.v, work, scratch.power)
     for j in range(4):
         state.work[j] += duration * scratch.power[j]
+    turn, largest = 0.0, 0.0
     for i in range(state.q.size):
+        change = scratch.v[i] - state.v[i]
+        turn += change
+        largest = max(largest, abs(turn))
+        scratch.error.angle[i] -= 0.5 * duration * change
         state.q[i] = scratch.q[i]
         state.v[i] = scratch.v[i]
         state.a[i] = scratch.a[i]
+    scratch.going[1] = 0.5 * duration * largest
     step = scratch.step
     tip, found = step.tip, step.contacts.work
     if not solve_accelerations(
@@ -485,7 +493,8 @@ def integrate_radau(
     tolerance = min(tolerance, COARSEST)
     estimate = ESTIMATE * tolerance**POWER
     met = max(EARLIEST, min(LATEST, LANDING * tolerance))
-    shortly, longest, tries = PAST * met, max(PAST * met, LONGEST_EULER * tolerance**0.25), 0
+    shortly, tries = PAST * met, 0
+    brief = longest = max(shortly, LONGEST_EULER * tolerance**0.25)
     segment, jump, euler, restart, last = 0, 0, shortly, RESTART, clock[0]
     first = scratch.going[0] == 0.0
     fresh = first
@@ -512,6 +521,9 @@ def integrate_radau(
                 if euler < SHORTEST_EULER:
                     return STUCK, filled
                 continue
+            bound = CROWDED * ANGLE * estimate * min(1.0, clock[2] / model.bending)
+            reach = duration * np.sqrt(bound / max(scratch.going[1], TINY))
+            longest = max(brief, min(4.0 * duration, reach))
             clock[0] = stop if duration == stop - t else t + duration
             clock[1] = min(clock[1], restart)
             clock[2] = max(clock[2], abs(state.load[0]))
