@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 import re
+import stat
 from collections.abc import Mapping
 from functools import cache
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
+from hma_gripper_sim.bounded_yaml import load_yaml
 from hma_gripper_sim.errors import InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
+
+_LARGEST_TEXT = 2**24
+"""Bytes of a text file: a larger one is something else, such as a log."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*(|[^\W\d_].*|[°%].*)")
@@ -153,6 +156,12 @@ def refuse_unknown(
 def read_text(path: str | Path) -> str:
     """Read a UTF-8 text file; raise `InputError` if that is not possible."""
     try:
+        status = Path(path).stat()
+        if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
+            raise InputError("cannot be read: it is no regular file", source=str(path))
+        if status.st_size > _LARGEST_TEXT:
+            reason = f"cannot be read: {status.st_size} bytes are more than a text has"
+            raise InputError(reason, source=str(path))
         return Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
@@ -169,14 +178,9 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     """
     source, text = str(path), read_text(path)
     try:
-        content = yaml.safe_load(text)
-    except ValueError as error:  # such as a date that does not exist
-        raise InputError(f"not valid YAML: {error}", source=source) from None
-    except yaml.YAMLError as error:
-        where = getattr(error, "problem_mark", None)
-        line = f" at line {where.line + 1}" if where is not None else ""
-        problem = getattr(error, "problem", None) or "unreadable"
-        raise InputError(f"not valid YAML{line}: {problem}", source=source) from None
+        content = load_yaml(text)
+    except InputError as error:
+        raise error.within(source=source) from None
     if not isinstance(content, dict):
         raise InputError("expected a mapping of fields at the top level", source=source)
     return content
