@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-import stat
-from collections.abc import Mapping
 from functools import cache
 from numbers import Real
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hma_gripper_sim.bounded_yaml import load_yaml
 from hma_gripper_sim.errors import InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-
-_LARGEST_TEXT = 2**24
-"""Bytes of a text file: a larger one is something else, such as a log."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*(|[^\W\d_].*|[°%].*)")
@@ -140,47 +133,3 @@ def choice(
         listed = ", ".join(repr(option) for option in options)
         raise InputError(f"must be one of {listed}, got {value!r}", field=field, source=source)
     return value
-
-
-def refuse_unknown(
-    mapping: Mapping[str, object], known: tuple[str, ...], *, source: str | None = None
-) -> None:
-    """Raise `InputError` naming the first key of `mapping` that is not `known`."""
-    for key in mapping:
-        if key not in known:
-            raise InputError(
-                f"unknown field (known: {', '.join(known)})", field=str(key), source=source
-            )
-
-
-def read_text(path: str | Path) -> str:
-    """Read a UTF-8 text file; raise `InputError` if that is not possible."""
-    try:
-        status = Path(path).stat()
-        if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
-            raise InputError("cannot be read: it is no regular file", source=str(path))
-        if status.st_size > _LARGEST_TEXT:
-            reason = f"cannot be read: {status.st_size} bytes are more than a text has"
-            raise InputError(reason, source=str(path))
-        return Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise InputError(f"cannot be read: {reason}", source=str(path)) from None
-
-
-def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Read a YAML file whose top level is a mapping.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not YAML, or holds something else.
-    """
-    source, text = str(path), read_text(path)
-    try:
-        content = load_yaml(text)
-    except InputError as error:
-        raise error.within(source=source) from None
-    if not isinstance(content, dict):
-        raise InputError("expected a mapping of fields at the top level", source=source)
-    return content

@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from hma_gripper_sim.bags.message_batches import absolute
 from hma_gripper_sim.errors import InputError, printable
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import read_yaml
 
 METADATA = "metadata.yaml"
 """Name of the file that holds them."""
 
 REMARKS_KEY = "hma_gripper_sim.remarks"
 """Under which they hold how far what was simulated can be trusted: a list of texts in JSON."""
+
+
+_Kind = TypeVar("_Kind", "dict[str, Any]", "list[Any]")
 
 
 def is_blank(file: Path) -> bool:
@@ -41,22 +44,26 @@ def bag_information(path: str | Path) -> dict[str, Any]:
     return information
 
 
-def custom_data(path: str | Path, key: str) -> Any:
-    """Return what the metadata of a log hold under a key of this project's, as JSON; or None.
+def custom_data(path: str | Path, key: str, kind: type[_Kind]) -> _Kind | None:
+    """Return what the metadata of a log hold under a key of this project's, if anything.
 
     Raises
     ------
     InputError
-        That is no JSON.
+        That is not JSON of the expected kind, a mapping or a list.
     """
     entries = bag_information(path).get("custom_data")
     text = entries.get(key) if isinstance(entries, dict) else None
     if text is None:
         return None
     try:
-        return json.loads(text)
+        content = json.loads(text)
     except (ValueError, TypeError, RecursionError):
-        raise InputError("is no JSON", field=key, source=str(path)) from None
+        content = None
+    if not isinstance(content, kind):
+        name = "mapping" if kind is dict else "list"
+        raise InputError(f"is no JSON {name}", field=key, source=str(path))
+    return content
 
 
 def counted_messages(path: str | Path, topic: str) -> int | None:
@@ -84,9 +91,7 @@ def read_remarks(path: str | Path) -> tuple[str, ...]:
     InputError
         It is not what a replay writes.
     """
-    remarks = custom_data(path, REMARKS_KEY)
-    if remarks is None:
-        return ()
-    if not isinstance(remarks, list) or not all(isinstance(remark, str) for remark in remarks):
+    remarks = custom_data(path, REMARKS_KEY, list) or []
+    if not all(isinstance(remark, str) for remark in remarks):
         raise InputError("is no JSON list of texts", field=REMARKS_KEY, source=str(path))
     return tuple(map(printable, remarks))

@@ -18,8 +18,8 @@ from rosbags.typesys import (
 )
 
 from hma_gripper_sim.bags.message_layout import HEADER, Layout, least_entries
-from hma_gripper_sim.bounded_yaml import load_yaml
 from hma_gripper_sim.errors import InputError, printable
+from hma_gripper_sim.yaml_reading import load_yaml
 
 Bytes = npt.NDArray[np.uint8]
 Ints = npt.NDArray[np.int64]

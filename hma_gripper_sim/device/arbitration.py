@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.motion.trajectory import Trajectory
 
 MAX_AHEAD_NS = 500_000_000

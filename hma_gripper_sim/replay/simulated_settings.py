@@ -13,15 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from hma_gripper_sim.bags.log_metadata import custom_data
-from hma_gripper_sim.bounded_yaml import load_yaml
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.device.parameter_file import read_parameter_file
 from hma_gripper_sim.device.setting_definitions import PLACEMENT_FIELDS
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import config_directory, load_yaml, read_yaml
 
 PARAMETERS_KEY = "hma_gripper_sim.parameters"
 """Under which a log's metadata hold what it was simulated with, in JSON."""
@@ -112,12 +110,7 @@ def catalogue() -> dict[str, object]:
 
 def logged_parameters(path: str | Path) -> dict[str, object]:
     """Return what the log at `path` says that it was simulated with; empty if it does not say."""
-    given = custom_data(path, PARAMETERS_KEY)
-    if given is None:
-        return {}
-    if not isinstance(given, dict):
-        raise InputError("is no JSON mapping", field=PARAMETERS_KEY, source=str(path))
-    return given
+    return custom_data(path, PARAMETERS_KEY, dict) or {}
 
 
 def metadata(given: Mapping[str, object]) -> dict[str, str]:

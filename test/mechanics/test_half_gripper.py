@@ -9,14 +9,9 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import GripperDesign, Scene
-from hma_gripper_sim.mechanics.discretisation import (
-    HalfGripper,
-    cantilever,
-    discretise,
-    partition,
-    tangent_weights,
-)
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
+from hma_gripper_sim.mechanics.half_gripper import HalfGripper, cantilever, discretise
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.simulation.trace import beam_chord, beam_tangent
 
 SPLITS = [("thesis", 5, 25), ("midpoint", 5, 25), ("midpoint", 1, 1), ("midpoint", 1, 3)]
@@ -199,9 +194,10 @@ def test_tangents_of_a_beam_of_polynomial_curvature(
     bodies are half a GBE ahead, and reach their last tangent half a GBE before the end.
     """
     at = np.linspace(0.2, 0.9, 8)
-    joints, lengths = partition(discretisation, elements)
+    scheme = DISCRETISATIONS[discretisation]
+    joints, lengths = scheme.partition(elements)
     angles = lengths * joints**degree
     ahead = 0.5 / elements if discretisation == "thesis" else 0.0
     wanted = (at + ahead) ** (degree + 1) / (degree + 1)
-    turned = tangent_weights(discretisation, elements, at) @ angles
+    turned = scheme.tangent_weights(elements, at) @ angles
     np.testing.assert_allclose(turned, wanted, rtol=1e-12)

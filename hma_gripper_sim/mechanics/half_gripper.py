@@ -1,29 +1,11 @@
-"""From a gripper design to a chain of rigid bodies and torsional spring-dampers.
-
-Three discretisations of the same gripper:
-
-``thesis``
-    A joint at the start of every GBE, the same damping at each joint (thesis 3.2, A.1).
-    First order in the GBE's length.
-``midpoint``
-    A joint in the middle of every GBE, rigid parts on both sides, damping scaled as the
-    stiffness is (Kelvin-Voigt).  Second order.
-``gauss``
-    Joints at the Gauss-Legendre points of the top beam and of the side beam, in GBEs as long as
-    their weights.  What a beam's curvature does to its shape is an integral along the beam, and
-    these points integrate it best: a tip force bends a beam of two such GBEs, a beam with a
-    weight of its own one of three, as the continuum for small angles.  The error falls
-    faster than any power of the GBE's length.  Damping as for ``midpoint``.
-"""
+"""One half of a gripper as a chain of rigid bodies and torsional spring-dampers."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import Chain
@@ -34,12 +16,12 @@ from hma_gripper_sim.kernels.clearance import (
     TOP_BEAM,
     Segments,
 )
+from hma_gripper_sim.mechanics.discretisations.base import Partition
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.model.gripper import GripperDesign, Point
 
 Array = NDArray[np.float64]
 Joint = tuple[str, int]
-
-DISCRETISATIONS = ("thesis", "midpoint", "gauss")
 
 
 @dataclass(frozen=True)
@@ -99,81 +81,29 @@ class _Body:
     pieces: tuple[_Piece, ...]
 
 
-class Partition(NamedTuple):
-    """A flexible length divided into GBEs, relative to it: where its joints are, and how long
-    the GBEs are, each of shape (n,).
-    """
-
-    joints: Array
-    lengths: Array
-
-
-def partition(discretisation: str, elements: int) -> Partition:
-    """Divide a flexible length into GBEs."""
-    if discretisation == "gauss":
-        points, weights = legendre.leggauss(elements)
-        return Partition(0.5 * (1.0 + points), 0.5 * weights)
-    first = 0.0 if discretisation == "thesis" else 0.5
-    return Partition((np.arange(elements) + first) / elements, np.full(elements, 1.0 / elements))
-
-
-def tangent_weights(discretisation: str, elements: int, at: Array) -> Array:
-    """What each joint of a flexible length turns the beam's tangent by at places on it.
-
-    Parameters
-    ----------
-    at
-        Relative to the length, from its start, shape (m,).
-
-    Returns
-    -------
-    array
-        Per joint angle, shape (m, elements): the share of its GBE's bend on the near side of the
-        place.  Bodies point along the beam at their middles (``thesis``) or at the ends of
-        GBEs (``midpoint``), between which the curvature is constant; for ``gauss`` it is the
-        polynomial through the joints' curvatures.
-    """
-    number = np.arange(elements)
-    place = np.asarray(at)[:, None] * elements
-    if discretisation == "thesis":
-        share = np.clip(place - number + 0.5, 0.0, 1.0)
-        share[:, 0] = 1.0
-        return np.asarray(share)
-    if discretisation == "midpoint":
-        return np.asarray(np.clip(place - number, 0.0, 1.0))
-    points, weights = legendre.leggauss(elements)
-    # Legendre series of the polynomial that is 1 at one joint and 0 at the others, integrated.
-    values = legendre.legvander(points, elements - 1)
-    series = values * (number + 0.5) * weights[:, None]
-    integrals = legendre.legint(series, lbnd=-1.0, axis=1)
-    return np.asarray(legendre.legval(2.0 * np.asarray(at) - 1.0, integrals.T).T / weights)
-
-
 def discretise(
     design: GripperDesign, discretisation: str, elements_top: int, elements_beam: int
 ) -> HalfGripper:
     """Split a design into `elements_top` + `elements_beam` GBEs per half."""
-    # The thesis' middle GBE reaches half a GBE to each side, so that the joints of its top beam
-    # are in the middle of GBEs, too.
-    on_top = "midpoint" if discretisation == "thesis" else discretisation
-    top = Partition(*(design.top_length * part for part in partition(on_top, elements_top)))
-    beam = Partition(
-        *(design.beam_length * part for part in partition(discretisation, elements_beam))
-    )
+    scheme = DISCRETISATIONS[discretisation]
+    top = scheme.of_top_beam().partition(elements_top).times(design.top_length)
+    beam = scheme.partition(elements_beam).times(design.beam_length)
     corner = (design.corner[0] - float(top.joints[-1]), design.corner[1])
-    if discretisation == "thesis":
-        bodies, end = _thesis_bodies(design, top, beam, corner), 0.0
+    if scheme.joints_at_sections:
+        bodies, end = _bodies_from_sections(design, top, beam, corner), 0.0
         outer = np.concatenate([np.cumsum(top.lengths) - top.joints, beam.lengths, [0.0]])
     else:
-        bodies = _section_bodies(design, top, beam, corner)
+        bodies = _bodies_across_sections(design, top, beam, corner)
         end = design.beam_length - float(beam.joints[-1])
         outer = np.concatenate([np.cumsum(part.lengths) - part.joints for part in (top, beam)])
     tip_origin = np.array([end, 0.0])
     n = len(bodies)
     lengths = np.array([body.length for body in bodies])
     damping = np.full(n, design.joint_damping)
-    if discretisation != "thesis":
+    if not scheme.joints_at_sections:
         damping *= design.damping_length / lengths
+    slides = np.zeros(n)
+    slides[: elements_top + elements_beam] = scheme.straightening((top, beam))
     whole = [_join(body.pieces) for body in bodies]
     chain = Chain(
         root=np.array([top.joints[0], 0.0]),
@@ -184,13 +114,12 @@ def discretise(
         inertia=np.array([piece.inertia for piece in whole]),
         stiffness=design.bending_stiffness / lengths,
         damping=damping,
-        straightening=_straightening(top, beam) if discretisation == "gauss" else np.zeros(n),
+        straightening=slides,
     )
     weights = np.zeros(n)
     weights[:elements_top] = 1.0
-    weights[elements_top : elements_top + elements_beam] = tangent_weights(
-        discretisation, elements_beam, np.array([0.5])
-    )[0]
+    middle = scheme.tangent_weights(elements_beam, np.array([0.5]))[0]
+    weights[elements_top : elements_top + elements_beam] = middle
     return HalfGripper(
         chain,
         tuple(body.joint for body in bodies),
@@ -210,12 +139,14 @@ def cantilever(
 ) -> Chain:
     """A weightless clamped beam along x (thesis 2.1.3): one link beyond the last body ends it.
 
-    The first GBE of the ``thesis`` discretisation is welded to the clamp.
+    The first GBE of a discretisation whose joints are at sections is welded to the clamp.
     """
-    whole = Partition(*(length * part for part in partition(discretisation, elements)))
+    scheme = DISCRETISATIONS[discretisation]
+    whole = scheme.partition(elements).times(length)
     joints, lengths = whole
-    if discretisation == "thesis":
-        joints, lengths = joints[1:], lengths[1:]
+    slides = scheme.straightening((whole,))
+    if scheme.joints_at_sections:
+        joints, lengths, slides = joints[1:], lengths[1:], slides[1:]
     n = len(joints)
     link = np.zeros((n, 2))
     link[:, 0] = np.diff(joints, append=length)
@@ -229,26 +160,14 @@ def cantilever(
         inertia=zeros,
         stiffness=bending_stiffness / lengths,
         damping=zeros,
-        straightening=_straightening(whole) if discretisation == "gauss" else zeros,
+        straightening=slides,
     )
 
 
-def _straightening(*parts: Partition) -> Array:
-    """How much shorter than bent ones hinged GBEs are, per square of the joint's angle [m/rad^2].
-
-    Foreshortening is half the integral of the square of the beam's angle.  What a hinge's step
-    adds to it is its product with the angle, of which Gauss points leave nothing over the whole
-    length, and half the square of the difference: (a^3 + b^3) / (6 (a + b)^2) for a joint
-    that is a and b from the ends of its GBE.
-    """
-    inner = np.concatenate([part.joints - np.cumsum(part.lengths) + part.lengths for part in parts])
-    lengths = np.concatenate([part.lengths for part in parts])
-    return np.asarray((inner**3 + (lengths - inner) ** 3) / (6.0 * lengths**2))
-
-
-def _thesis_bodies(
+def _bodies_from_sections(
     design: GripperDesign, top: Partition, beam: Partition, corner: Point
 ) -> list[_Body]:
+    """Bodies between joints that stand at the starts of the side beam's GBEs."""
     bodies = _top_bodies(design, top)
     end = design.top_end - float(top.joints[-1])
     bodies.append(
@@ -262,7 +181,7 @@ def _thesis_bodies(
     return bodies
 
 
-def _section_bodies(
+def _bodies_across_sections(
     design: GripperDesign, top: Partition, beam: Partition, corner: Point
 ) -> list[_Body]:
     """Bodies between joints that stand within their GBEs."""
