@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from hma_gripper_sim.benchmark.measuring import Candidate
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
-from hma_gripper_sim.benchmark.series import Series, from_trace
+from hma_gripper_benchmarks.measuring import Candidate
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD, Task
+from hma_gripper_benchmarks.series import Series, from_trace
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import Trace

@@ -11,7 +11,7 @@ from statistics import median
 from time import process_time
 from typing import Any
 
-from hma_gripper_sim.benchmark.series import Series
+from hma_gripper_benchmarks.series import Series
 
 SHORT = 0.02  # s; runs that take less are repeated within a round until they take as long
 

@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pytest
 
+from hma_gripper_benchmarks.cantilever import PRINTED, exact_deflection, rest_run
+from hma_gripper_benchmarks.convergence import order
+from hma_gripper_benchmarks.hard_cases import Verdict
+from hma_gripper_benchmarks.measuring import interleaved
+from hma_gripper_benchmarks.scenes import phases, tasks
+from hma_gripper_benchmarks.series import Series, deviation
 from hma_gripper_sim.analysis import cantilever_deflection
-from hma_gripper_sim.benchmark.cantilever import PRINTED, exact_deflection, rest_run
-from hma_gripper_sim.benchmark.convergence import order
-from hma_gripper_sim.benchmark.hard_cases import Verdict
-from hma_gripper_sim.benchmark.measuring import interleaved
-from hma_gripper_sim.benchmark.scenes import phases, tasks
-from hma_gripper_sim.benchmark.series import Series, deviation
 from hma_gripper_sim.mechanics.outcome import Outcome
 
 

@@ -7,8 +7,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from hma_gripper_sim import Circle, GripperDesign, Polygon, RoundedBox
-from hma_gripper_sim.benchmark.population import (
+from hma_gripper_benchmarks.population import (
     LONGEST,
     MOTIONS,
     NATURAL,
@@ -16,7 +15,8 @@ from hma_gripper_sim.benchmark.population import (
     Way,
     plain_tasks,
 )
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD
+from hma_gripper_sim import Circle, GripperDesign, Polygon, RoundedBox
 from hma_gripper_sim.motion.prescribed_motion import evaluate, follow
 
 SEEDS = range(120)

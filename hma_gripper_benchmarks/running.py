@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from functools import partial
 
-from hma_gripper_sim.benchmark import (
+from hma_gripper_benchmarks import (
     against_dense,
     against_mujoco,
     asked_error,
@@ -21,8 +21,8 @@ from hma_gripper_sim.benchmark import (
     startup,
     work_precision,
 )
-from hma_gripper_sim.benchmark.measuring import use_one_core
-from hma_gripper_sim.benchmark.scenes import tasks
+from hma_gripper_benchmarks.measuring import use_one_core
+from hma_gripper_benchmarks.scenes import tasks
 
 ROUNDS, QUICK_ROUNDS = 7, 3
 RESOLUTIONS = ((5, 25), (10, 50), (16, 83), (50, 249), (160, 839))

@@ -17,12 +17,12 @@ from itertools import islice
 
 import numpy as np
 
-from hma_gripper_sim.benchmark.asked_error import WORKERS
-from hma_gripper_sim.benchmark.dense import LEFT, RIGHT, equations
-from hma_gripper_sim.benchmark.peers import scipy_gripper
-from hma_gripper_sim.benchmark.population import plain_tasks
-from hma_gripper_sim.benchmark.scenes import REGULARISED, SAMPLE_PERIOD, Task
-from hma_gripper_sim.benchmark.worker import Worker, WorkerError, spread
+from hma_gripper_benchmarks.asked_error import WORKERS
+from hma_gripper_benchmarks.dense import LEFT, RIGHT, equations
+from hma_gripper_benchmarks.peers import scipy_gripper
+from hma_gripper_benchmarks.population import plain_tasks
+from hma_gripper_benchmarks.scenes import REGULARISED, SAMPLE_PERIOD, Task
+from hma_gripper_benchmarks.worker import Worker, WorkerError, spread
 from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.simulation.simulation import simulate

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.benchmark.measuring import interleaved
+from hma_gripper_benchmarks.measuring import interleaved
 from hma_gripper_sim.kernels.chain import eliminate, place, substitute
 from hma_gripper_sim.kernels.compiled import COMPILED
 from hma_gripper_sim.kernels.stage import Model, Work, allocate

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from typing import Protocol, cast
 
-from hma_gripper_sim.benchmark.measuring import Candidate
-from hma_gripper_sim.benchmark.scenes import Task
+from hma_gripper_benchmarks.measuring import Candidate
+from hma_gripper_benchmarks.scenes import Task
 from hma_gripper_sim.kernels.chain import Chain
 
 # Name: distribution on PyPI, module here.

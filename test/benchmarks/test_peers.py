@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hma_gripper_sim.benchmark import peers, this_package
-from hma_gripper_sim.benchmark.cantilever import exact_deflection, loaded_chain
-from hma_gripper_sim.benchmark.scenes import tasks
-from hma_gripper_sim.benchmark.series import deviation
+from hma_gripper_benchmarks import peers, this_package
+from hma_gripper_benchmarks.cantilever import exact_deflection, loaded_chain
+from hma_gripper_benchmarks.scenes import tasks
+from hma_gripper_benchmarks.series import deviation
 
 
 def load(name):

@@ -9,19 +9,19 @@ from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from hma_gripper_sim.benchmark import peers, population_claims, this_package
-from hma_gripper_sim.benchmark.against_dense import Difference
-from hma_gripper_sim.benchmark.against_mujoco import Comparison
-from hma_gripper_sim.benchmark.asked_error import PopulationResult
-from hma_gripper_sim.benchmark.cantilever import CantileverRow
-from hma_gripper_sim.benchmark.claim import Claim
-from hma_gripper_sim.benchmark.convergence import Study
-from hma_gripper_sim.benchmark.hard_cases import HardCase, Verdict
-from hma_gripper_sim.benchmark.holding import Holding
-from hma_gripper_sim.benchmark.scaling import ScalingRow
-from hma_gripper_sim.benchmark.scenes import tasks as known_tasks
-from hma_gripper_sim.benchmark.startup import Startup
-from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
+from hma_gripper_benchmarks import peers, population_claims, this_package
+from hma_gripper_benchmarks.against_dense import Difference
+from hma_gripper_benchmarks.against_mujoco import Comparison
+from hma_gripper_benchmarks.asked_error import PopulationResult
+from hma_gripper_benchmarks.cantilever import CantileverRow
+from hma_gripper_benchmarks.claim import Claim
+from hma_gripper_benchmarks.convergence import Study
+from hma_gripper_benchmarks.hard_cases import HardCase, Verdict
+from hma_gripper_benchmarks.holding import Holding
+from hma_gripper_benchmarks.scaling import ScalingRow
+from hma_gripper_benchmarks.scenes import tasks as known_tasks
+from hma_gripper_benchmarks.startup import Startup
+from hma_gripper_benchmarks.work_precision import TaskResult, WorkRow
 from hma_gripper_sim.mechanics.outcome import Outcome
 
 ROBUST = "discrete + PGS, 1 ms"  # MuJoCo's settings that the claims compare with

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hma_gripper_sim.benchmark.against_dense import Difference
-from hma_gripper_sim.benchmark.against_mujoco import Comparison
-from hma_gripper_sim.benchmark.asked_error import Level, PopulationResult
-from hma_gripper_sim.benchmark.population_claims import ENERGY, ratios_of
-from hma_gripper_sim.benchmark.section import Section
+from hma_gripper_benchmarks.against_dense import Difference
+from hma_gripper_benchmarks.against_mujoco import Comparison
+from hma_gripper_benchmarks.asked_error import Level, PopulationResult
+from hma_gripper_benchmarks.population_claims import ENERGY, ratios_of
+from hma_gripper_benchmarks.section import Section
 
 IMAGE = "benchmark_population.png"
 DECILES = tuple(share / 10 for share in range(1, 10))

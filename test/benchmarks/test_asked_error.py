@@ -11,9 +11,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from hma_gripper_sim import Circle, simulate
-from hma_gripper_sim.benchmark import against_dense, asked_error
-from hma_gripper_sim.benchmark.asked_error import (
+from hma_gripper_benchmarks import against_dense, asked_error
+from hma_gripper_benchmarks.asked_error import (
     Judgement,
     Level,
     PopulationResult,
@@ -23,8 +22,9 @@ from hma_gripper_sim.benchmark.asked_error import (
     near_events,
     time_at,
 )
-from hma_gripper_sim.benchmark.population import POPULATIONS, plain_tasks
-from hma_gripper_sim.benchmark.worker import Worker, WorkerError
+from hma_gripper_benchmarks.population import POPULATIONS, plain_tasks
+from hma_gripper_benchmarks.worker import Worker, WorkerError
+from hma_gripper_sim import Circle, simulate
 from hma_gripper_sim.kernels.chain import tip_pose
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
 from hma_gripper_sim.motion.prescribed_motion import evaluate, follow

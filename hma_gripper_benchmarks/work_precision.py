@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hma_gripper_sim.benchmark import peers, this_package
-from hma_gripper_sim.benchmark.convergence import CONTINUUM
-from hma_gripper_sim.benchmark.measuring import Candidate, interleaved
-from hma_gripper_sim.benchmark.scenes import Task
-from hma_gripper_sim.benchmark.series import Deviation, Series, deviation
+from hma_gripper_benchmarks import peers, this_package
+from hma_gripper_benchmarks.convergence import CONTINUUM
+from hma_gripper_benchmarks.measuring import Candidate, interleaved
+from hma_gripper_benchmarks.scenes import Task
+from hma_gripper_benchmarks.series import Deviation, Series, deviation
 
 LARGEST_ERROR = 0.05  # RMS of the force; beyond it a run is wrong and its speed no figure
 AGREEMENT = 5e-3  # to which two references of a task must agree
@@ -166,7 +166,7 @@ def _measure_task(task: Task, full: bool, rounds: int, tick: Callable[[str], Non
 
 
 def _scipy_reference(task: Task, full: bool) -> Series:
-    from hma_gripper_sim.benchmark.peers import scipy_gripper
+    from hma_gripper_benchmarks.peers import scipy_gripper
 
     tolerance = 1e-7 if full else 1e-5
     candidate = scipy_gripper.candidate(task, "Radau", tolerance, this_package.REFERENCE_PERIOD)

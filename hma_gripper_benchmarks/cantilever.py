@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from hma_gripper_benchmarks import peers
+from hma_gripper_benchmarks.measuring import interleaved
 from hma_gripper_sim.analysis import cantilever_deflection
 from hma_gripper_sim.analysis.cantilever import (
     FORCE,
@@ -22,8 +24,6 @@ from hma_gripper_sim.analysis.cantilever import (
     SECOND_MOMENT_OF_AREA,
     YOUNGS_MODULUS,
 )
-from hma_gripper_sim.benchmark import peers
-from hma_gripper_sim.benchmark.measuring import interleaved
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.mechanics.half_gripper import cantilever

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hma_gripper_sim.benchmark.against_dense import Difference
-from hma_gripper_sim.benchmark.against_mujoco import Comparison
-from hma_gripper_sim.benchmark.asked_error import Level, PopulationResult
-from hma_gripper_sim.benchmark.claim import Claim
+from hma_gripper_benchmarks.against_dense import Difference
+from hma_gripper_benchmarks.against_mujoco import Comparison
+from hma_gripper_benchmarks.asked_error import Level, PopulationResult
+from hma_gripper_benchmarks.claim import Claim
 
 DEFAULT = 1e-3  # tolerance of the claims that are about one
 NOT_TIGHTER_THAN_NEEDED = (1e-2, 1e-3)  # tolerances at which over-solving is looked for

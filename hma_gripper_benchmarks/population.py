@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.spatial import ConvexHull
 
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Phase, Task, phases
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD, Phase, Task, phases
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.base import Contour

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hma_gripper_sim.benchmark import this_package
-from hma_gripper_sim.benchmark.scenes import Task
+from hma_gripper_benchmarks import this_package
+from hma_gripper_benchmarks.scenes import Task
 
 RELAXED = 2.0  # s after the stop the viscous part of the force has died away
 TOLERANCE = 1e-3

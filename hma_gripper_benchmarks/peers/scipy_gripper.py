@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from hma_gripper_sim.benchmark.dense import (
+from hma_gripper_benchmarks.dense import (
     RIGHT,
     Equations,
     base_load,
@@ -21,9 +21,9 @@ from hma_gripper_sim.benchmark.dense import (
     jacobian,
     rates,
 )
-from hma_gripper_sim.benchmark.measuring import Candidate
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
-from hma_gripper_sim.benchmark.series import Series, from_joints
+from hma_gripper_benchmarks.measuring import Candidate
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD, Task
+from hma_gripper_benchmarks.series import Series, from_joints
 
 Array = NDArray[np.float64]
 

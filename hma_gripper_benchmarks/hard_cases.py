@@ -14,7 +14,7 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.benchmark.scenes import phases
+from hma_gripper_benchmarks.scenes import phases
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.base import Contour
@@ -37,6 +37,12 @@ ENERGY_BOUND = 0.005  # of the largest term of the energy balance
 TIGHTER = 0.1
 TIGHTEST = 1e-8  # tolerance that `Simulation` accepts
 CHAOTIC = 2.0  # how far two runs of a chaotic scene may deviate, in sensitivities
+CHAOTIC_CASES = {
+    "joint damping: times 0, box": "nothing damps the beams, which touch and leave the box over "
+    "and over: a picometre has grown to a quarter of the force by the end",
+}
+"""By title, with the reason: no simulation of these agrees with another better than with itself."""
+
 NUDGES = (1e-12, 2e-12, 3e-12)  # m; far less than an atom
 
 BOX = RoundedBox(width=0.028, height=0.028, corner_radius=0.002)
@@ -93,8 +99,8 @@ class Verdict:
         RMS difference of the actuator force to a run at a 10 times tighter tolerance,
         relative to its largest value; None when one of the runs did not converge.
     sensitivity
-        Largest such difference between the tighter run and runs at its tolerance whose object
-        stands a few picometres lower; None unless the deviation is beyond its bound.
+        Of one of the `CHAOTIC_CASES`: the largest such difference between the tighter run and
+        runs at its tolerance whose object stands a few picometres lower; None of any other.
     energy_residual
         Relative to the largest term of the balance; None without a run.
     finite
@@ -134,8 +140,7 @@ class Verdict:
 def examine(case: HardCase) -> Verdict:
     """Simulate a case twice and judge it.
 
-    A motion that picometres change by as much is chaotic: no simulation agrees with another one
-    better than it agrees with itself.
+    A run of one of the `CHAOTIC_CASES` may deviate by as much as picometres change it.
     """
     start = process_time()
     try:
@@ -150,7 +155,7 @@ def examine(case: HardCase) -> Verdict:
     if trace.stats.converged and tighter.stats.converged:
         reference = tighter.actuator_force
         deviation = _deviation(force, reference)
-        if deviation > DEVIATION_BOUND:
+        if case.title in CHAOTIC_CASES:
             nudged = (_run(_nudged(case, by), tolerance) for by in NUDGES)
             sensitivity = max(_deviation(other.actuator_force, reference) for other in nudged)
     return Verdict(

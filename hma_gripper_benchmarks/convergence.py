@@ -11,11 +11,11 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_benchmarks.cantilever import ELASTICA
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD, SPEED, Task
+from hma_gripper_benchmarks.series import Deviation, Series, deviation, from_trace
+from hma_gripper_benchmarks.this_package import REFERENCE_PERIOD
 from hma_gripper_sim.analysis import cantilever_deflection
-from hma_gripper_sim.benchmark.cantilever import ELASTICA
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, SPEED, Task
-from hma_gripper_sim.benchmark.series import Deviation, Series, deviation, from_trace
-from hma_gripper_sim.benchmark.this_package import REFERENCE_PERIOD
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 from hma_gripper_sim.simulation.simulation import simulate

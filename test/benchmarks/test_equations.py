@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hma_gripper_sim.benchmark import this_package
-from hma_gripper_sim.benchmark.dense import equations, jacobian, rates
-from hma_gripper_sim.benchmark.peers import scipy_gripper
-from hma_gripper_sim.benchmark.scenes import tasks
-from hma_gripper_sim.benchmark.series import deviation
+from hma_gripper_benchmarks import this_package
+from hma_gripper_benchmarks.dense import equations, jacobian, rates
+from hma_gripper_benchmarks.peers import scipy_gripper
+from hma_gripper_benchmarks.scenes import tasks
+from hma_gripper_benchmarks.series import deviation
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -12,12 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hma_gripper_sim.benchmark import this_package
-from hma_gripper_sim.benchmark.asked_error import PopulationResult
-from hma_gripper_sim.benchmark.cantilever import CantileverRow
-from hma_gripper_sim.benchmark.convergence import Study
-from hma_gripper_sim.benchmark.scaling import ScalingRow
-from hma_gripper_sim.benchmark.work_precision import TaskResult
+from hma_gripper_benchmarks import this_package
+from hma_gripper_benchmarks.asked_error import PopulationResult
+from hma_gripper_benchmarks.cantilever import CantileverRow
+from hma_gripper_benchmarks.convergence import Study
+from hma_gripper_benchmarks.scaling import ScalingRow
+from hma_gripper_benchmarks.work_precision import TaskResult
 
 # Okabe and Ito's palette, told apart by colour-blind readers too.
 _SOLVERS = {

@@ -17,9 +17,9 @@ import numpy as np
 from exudyn import itemInterface
 from numpy.typing import NDArray
 
-from hma_gripper_sim.benchmark.measuring import Candidate
-from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
-from hma_gripper_sim.benchmark.series import Series, from_joints
+from hma_gripper_benchmarks.measuring import Candidate
+from hma_gripper_benchmarks.scenes import SAMPLE_PERIOD, Task
+from hma_gripper_benchmarks.series import Series, from_joints
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.circle import Circle

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hma_gripper_sim.benchmark import this_package
-from hma_gripper_sim.benchmark.asked_error import time_at
-from hma_gripper_sim.benchmark.population import plain_tasks
-from hma_gripper_sim.benchmark.scenes import REGULARISED, Task
-from hma_gripper_sim.benchmark.series import Series
-from hma_gripper_sim.benchmark.work_precision import timed_rows
-from hma_gripper_sim.benchmark.worker import Worker, WorkerError
+from hma_gripper_benchmarks import this_package
+from hma_gripper_benchmarks.asked_error import time_at
+from hma_gripper_benchmarks.population import plain_tasks
+from hma_gripper_benchmarks.scenes import REGULARISED, Task
+from hma_gripper_benchmarks.series import Series
+from hma_gripper_benchmarks.work_precision import timed_rows
+from hma_gripper_benchmarks.worker import Worker, WorkerError
 from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 
@@ -123,7 +123,7 @@ def compare(job: tuple[Task, int]) -> list[Comparison]:
 
 
 def _compare(task: Task, reference: Series, rounds: int) -> list[Comparison]:
-    from hma_gripper_sim.benchmark.peers import mujoco_gripper
+    from hma_gripper_benchmarks.peers import mujoco_gripper
 
     typical = TYPICAL * float(np.abs(reference.force).max())
     theirs = [
