@@ -67,6 +67,7 @@ def calibrate(
     from hma_gripper_sim.calibration.observations import trial
     from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
     from hma_gripper_sim.cli.compare import write_text
+    from hma_gripper_sim.cli.printing import print_notes, print_tables
     from hma_gripper_sim.experiments.experiment_file import read_experiment
 
     read = read_experiment(experiment)
@@ -88,10 +89,8 @@ def calibrate(
             ),
         )
     console = Console()
-    for table in terminal_tables(result):
-        console.print(table)
-    for remark in (*measured.notes, *remarks(result)):
-        console.print(f"note: {remark}", markup=False, highlight=False, soft_wrap=True)
+    print_tables(console, terminal_tables(result))
+    print_notes(console, (*measured.notes, *remarks(result)))
     if json_file:
         text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
         write_text(json_file, text + "\n")
