@@ -105,7 +105,7 @@ def reader(link: Connection) -> None:
     from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.recordings.reading import read_recording
 
-    while (path := link.recv()) is not None:
+    while (path := link.recv()) is not None:  # None: no more
         began = time.monotonic()
         try:
             recording = read_recording(path)
@@ -149,6 +149,11 @@ class Reader:
             self._process.join()
             self._start()
         return answer
+
+    def end(self) -> None:
+        """Let the process end."""
+        self._link.send(None)
+        self._process.join()
 
 
 def main() -> int:
@@ -199,6 +204,7 @@ def main() -> int:
                 shutil.rmtree(copy)
             else:
                 copy.unlink()
+        process.end()
     kinds = sorted({kind for counts in outcomes.values() for kind in counts})
     print(f"{'storage':35}", *(f"{kind:>16}" for kind in kinds))
     for name, counts in outcomes.items():

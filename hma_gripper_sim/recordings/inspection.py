@@ -56,7 +56,11 @@ class Sender:
     @property
     def rate(self) -> float:
         """How many messages there were per second; NaN where that is not known."""
-        return (self.count - 1) / ((self.last - self.first) * 1e-9) if self.last > self.first else np.nan
+        return (
+            (self.count - 1) / ((self.last - self.first) * 1e-9)
+            if self.last > self.first
+            else np.nan
+        )
 
     def take_up(self, batch: Batch) -> None:
         """Count messages, and look into the first of them."""
@@ -143,8 +147,8 @@ def inspect_log(path: str | Path) -> Inspection:
 def starter_map(inspection: Inspection) -> str:
     """Return a signal map to edit: where each signal may be, the likeliest first."""
     lines = [
-        "# Where the signals may be, guessed from types and names: keep one of each, and check sign,",
-        "# unit and tare. All are positive towards the object (docs/logs.md).",
+        "# Where the signals may be, guessed from types and names: keep one of each, and check",
+        "# sign, unit and tare. All are positive towards the object (docs/logs.md).",
     ]
     for name, guesses in _guesses(inspection).items():
         if not guesses:
@@ -188,8 +192,8 @@ def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
                     yield 2 - 2 * likely, "travel", _entry(topic, "position", joint=joint)
         for frame in sender.transforms:
             link = f"{{parent: {_quoted(frame.parent)}, child: {_quoted(frame.child)}}}"
-            entry = f"{{topic: {topic}, frame: {link}, field: transform.translation.z, scale: -1, tare: 0.5 s}}"
-            yield 3, "travel", entry
+            place = f"topic: {topic}, frame: {link}, field: transform.translation.z"
+            yield 3, "travel", f"{{{place}, scale: -1, tare: 0.5 s}}"
         if "pose.position.z" in sender.fields:
             yield 1, "travel", _entry(topic, "pose.position.z", scale="-1", tare="0.5 s")
         if "wrench.force.z" in sender.fields:
@@ -215,6 +219,6 @@ def _entry(topic: str, field_: str, **more: str) -> str:
 def _quoted(text: str) -> str:
     """Return a text as YAML needs it."""
     plain = all(c.isalnum() or c in "/_.- " for c in text) and text.isascii()
-    if plain and not text.startswith(("-", " ")) or text == "-1":
+    if (plain and not text.startswith(("-", " "))) or text == "-1":
         return text
     return "'" + text.replace("'", "''") + "'"
