@@ -42,7 +42,7 @@ class AngleComparison:
 
     @property
     def relative_error(self) -> float:
-        """|simulated - average| / average."""
+        """Magnitude of the difference from the average, relative to the average."""
         return abs(self.simulated - self.average) / self.average
 
     @property
