@@ -42,7 +42,7 @@ class AngleComparison:
 
     @property
     def relative_error(self) -> float:
-        """|simulated - average| / average; NaN where that is 0."""
+        """Magnitude of the difference from the average, relative to it; NaN where that is 0."""
         return abs(self.simulated - self.average) / (self.average or math.nan)
 
     @property

@@ -94,7 +94,7 @@ class InstantError:
 
     @property
     def relative(self) -> float | None:
-        """|simulated - measured| / |measured|, as in Table 5.3; None where 0 was measured."""
+        """As in Table 5.3, relative to what was measured; None where that was 0."""
         return abs(self.error / self.measured) if self.measured else None
 
     @property
