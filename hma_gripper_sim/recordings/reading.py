@@ -16,6 +16,7 @@ from hma_gripper_sim.device.topics import JOINT_STATES
 from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.recordings.assembly import Part, assemble, missing_topic
 from hma_gripper_sim.recordings.gathering import Gatherer
+from hma_gripper_sim.recordings.plausibility import doubts
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.recordings.signal_map import Signal, SignalMap
 from hma_gripper_sim.recordings.stamps import refuse_other_clocks
@@ -100,7 +101,8 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
         # Signals with the same stamps share them: an hour's are many.
         time = next((s.time for s in signals.values() if np.array_equal(s.time, time)), time)
         signals[name] = Series(time, value)
-    return Recording(log.source, signals, start, (*log.findings.losses, *log.findings.notes))
+    notes = (*log.findings.losses, *log.findings.notes, *doubts(signals, entries))
+    return Recording(log.source, signals, start, notes)
 
 
 def read_poses(

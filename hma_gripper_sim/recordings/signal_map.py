@@ -12,6 +12,7 @@ unit            that the log is in; SI if left out
 scale           factor, such as -1 where the log counts the other way (default 1)
 tare            the mean over this first time is taken as zero, and subtracted
 offset          is added at last
+delay           how late the signal is in the log: is taken from its stamps (default 0)
 time            ``header``: the stamp in the message, if it has one (default); ``log``: when it
                 was logged
 publisher       which publisher of the topic, if there are several; ``any``: all of them
@@ -45,10 +46,14 @@ SIGNAL_UNITS: Mapping[str, str] = {
 
 ANY_PUBLISHER = "any"
 
+MAX_DELAY = 3600.0
+"""Beyond it [s] two clocks have nothing to do with each other."""
+
 _CLOCKS = ("header", "log")
 
 _KEYS = (
     *("topic", "field", "joint", "frame", "largest_but", "unit", "scale", "offset", "tare"),
+    "delay",
     *("time", "publisher", "optional"),
 )
 
@@ -71,6 +76,8 @@ class Signal:
         How long [s] the signal is taken to be zero at first; 0: not at all.
     offset
         Is added after that [SI].
+    delay
+        Is subtracted from the stamps [s].
     clock
         ``header`` or ``log``.
     publisher
@@ -85,6 +92,7 @@ class Signal:
     scale: float = 1.0
     tare: float = 0.0
     offset: float = 0.0
+    delay: float = 0.0
     clock: str = "header"
     publisher: str | None = None
     optional: bool = False
@@ -154,6 +162,9 @@ def _signal(name: str, entry: object) -> Signal:
             scale=_si_per_unit(entry, unit) * quantity(entry.get("scale", 1.0), "", field="scale"),
             tare=quantity(entry.get("tare", 0.0), "s", field="tare", minimum=0.0),
             offset=quantity(entry.get("offset", 0.0), unit, field="offset"),
+            delay=quantity(
+                entry.get("delay", 0.0), "s", field="delay", minimum=-MAX_DELAY, maximum=MAX_DELAY
+            ),
             clock=choice(entry.get("time", "header"), _CLOCKS, field="time"),
             publisher=None if publisher is None else str(publisher),
             optional=optional,
