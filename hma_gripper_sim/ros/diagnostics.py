@@ -12,6 +12,7 @@ from hma_gripper_sim.device.arbitration import SourceCounts
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.drive import DriveStatus
 from hma_gripper_sim.results.validity import Finding, Severity
+from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.simulation.simulation import SimulationState, Snapshot
 
 OK, WARN, ERROR, STALE = (
@@ -93,6 +94,8 @@ class Diagnostics:
         period: float,
         factor: float,
         elapsed: float,
+        clock_elapsed: float,
+        clock: NodeClock,
     ) -> DiagnosticArray:
         """Return a report.
 
@@ -108,13 +111,24 @@ class Diagnostics:
             All so far.
         period, factor
             Simulated duration of a tick [s], and the real-time factor that is wanted; 0: any.
-        elapsed
-            Time since the last report [s].
+        elapsed, clock_elapsed
+            Time since the last report, on this machine's clock and on the node's; the latter up to
+            the last tick that was due [s].
+        clock
+            Of the node.
         """
         array = DiagnosticArray(
             status=[
                 self._drive(status, counts),
-                self._timing(pace, overruns, period, 0.0 if status.paused else factor, elapsed),
+                self._timing(
+                    pace,
+                    overruns,
+                    period,
+                    0.0 if status.paused else factor,
+                    elapsed,
+                    clock_elapsed,
+                    clock,
+                ),
                 self._solver(status, snapshot),
                 self._stress(pace),
                 self._validity(validity),
@@ -157,14 +171,25 @@ class Diagnostics:
         return self._status("drive", level, message, values)
 
     def _timing(
-        self, pace: Pace, overruns: int, period: float, wanted: float, elapsed: float
+        self,
+        pace: Pace,
+        overruns: int,
+        period: float,
+        wanted: float,
+        elapsed: float,
+        clock_elapsed: float,
+        clock: NodeClock,
     ) -> DiagnosticStatus:
-        achieved = pace.moved * period / elapsed
+        moved = pace.moved * period
+        achieved = moved / elapsed
         level, message = OK, f"{achieved:.2f} times real time"
-        if overruns > self._overruns:
-            level, message = WARN, "fell behind by more than 0.1 s: lag given up"
-        elif wanted and achieved < SLOW * wanted:
-            level, message = WARN, f"only {achieved:.2f} of {wanted:g} times real time"
+        if clock.problem:
+            level, message = WARN, clock.problem
+        elif overruns > self._overruns:
+            level, message = WARN, "fell behind the clock: lag given up"
+        elif wanted and clock_elapsed > 0.0 and moved < SLOW * wanted * clock_elapsed:
+            level = WARN
+            message = f"only {moved / clock_elapsed:.2f} of {wanted:g} times the node's clock"
         self._overruns = overruns
         values = {
             "real-time factor": f"{achieved:.4f}",

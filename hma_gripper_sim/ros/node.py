@@ -21,10 +21,11 @@ from std_srvs.srv import SetBool, Trigger
 from hma_gripper_sim.device.arbitration import Arbiter, Command
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import OUTLINE, Settings
-from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.device.tick_schedule import MAX_LAG_NS, MAX_SIMULATED_LAG_NS, Timeline
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.ros.inputs import SOURCES, Source
+from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.ros.parameters import refuse_two_clocks
 from hma_gripper_sim.ros.publishers import Outputs
 
@@ -60,6 +61,8 @@ class SimNode:
         self._timeline = Timeline(
             settings.period_ns, settings.real_time_factor, is_clock=settings.publish_clock
         )
+        self._clock = NodeClock(node.get_clock())
+        self._clock_problem = ""
         self._outputs = Outputs(node, settings)
         self._reported = drive.status()
 
@@ -136,43 +139,52 @@ class SimNode:
         """Tick until told to stop."""
         self._log.info(f"ready, with the contour {self._settings.contour!r} in place")
         self._outputs.publish_contour(self._settings.contour)
-        self._wait_for_clock()
-        self._timeline.start(self._now())
+        self._wait(lambda: self._clock.now() != 0)
+        self._timeline.start(self._clock.now())
         while True:
-            self._wait_for_tick()
+            self._wait(lambda: self._until_due() <= 0)
             if self._mailbox.stopped:
                 return
             begin = time.perf_counter()
             state = self._drive.tick()
             moved = self._drive.running
-            self._timeline.advance(self._now(), moved=moved)
+            self._timeline.advance(self._clock.now(), moved=moved)
             self._outputs.publish_state(state, self._timeline.stamp)
             self._outputs.count_tick(state, time.perf_counter() - begin, moved=moved)
             self._report()
-            self._outputs.publish_slow(self._settings, self._drive, self._arbiter, self._timeline)
+            self._publish_slow()
 
-    def _now(self) -> int:
-        clock = self._node.get_clock()
-        # The system's clock itself is ten times cheaper than by way of ROS.
-        return int(clock.now().nanoseconds) if clock.ros_time_is_active else time.time_ns()
+    def _until_due(self) -> int:
+        return self._timeline.until_due(self._clock.now())
 
-    def _wait_for_clock(self) -> None:
-        """A simulated clock stands at 0 until its first message."""
-        while not self._mailbox.stopped and self._now() == 0:
-            self._mailbox.serve(CLOCK_POLL)
+    def _wait(self, over: Callable[[], bool]) -> None:
+        """Serve requests, at least those that are there, until a condition holds.
 
-    def _wait_for_tick(self) -> None:
-        """Serve requests until the next tick is due, and at least those that are there."""
-        simulated_clock = self._node.get_clock().ros_time_is_active
+        Time may be simulated, and stand still: reports come meanwhile all the same.
+        """
         while True:
-            left = self._timeline.until_due(self._now()) * 1e-9
-            self._mailbox.serve(min(left, CLOCK_POLL) if simulated_clock else left)
-            if self._mailbox.stopped or self._timeline.until_due(self._now()) <= 0:
+            simulated = self._clock.simulated
+            self._timeline.max_lag = MAX_SIMULATED_LAG_NS if simulated else MAX_LAG_NS
+            wait = CLOCK_POLL if simulated else 1e-9 * self._until_due()
+            self._mailbox.serve(0.0 if over() else wait)
+            if self._mailbox.stopped or over():
                 return
+            self._publish_slow()
+
+    def _publish_slow(self) -> None:
+        problem = self._clock.problem
+        if problem and not self._clock_problem:
+            self._log.warning(problem)
+        self._clock_problem = problem
+        self._outputs.publish_slow(
+            self._settings, self._drive, self._arbiter, self._timeline, self._clock
+        )
 
     def _take(self, source: str, command: Command) -> None:
+        clock = self._clock.now()
+        present = self._timeline.present(clock)
         try:
-            self._arbiter.take(source, command, self._timeline.present(self._now()))
+            self._arbiter.take(source, command, present, max(0, clock - present))
         except InputError as error:
             self._warn(source, error)
 
@@ -200,7 +212,7 @@ class SimNode:
             state = self._drive.step()
             if failure := self._drive.status().failure:
                 raise InputError(failure, field="step")
-            self._timeline.step(self._now())
+            self._timeline.step(self._clock.now())
             self._outputs.publish_state(state, self._timeline.stamp)
         seconds, nanoseconds = divmod(self._timeline.stamp, 1_000_000_000)
         return f"stamp: {seconds}.{nanoseconds:09d} s, travel: {self._drive.state.travel!r} m"

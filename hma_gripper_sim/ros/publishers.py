@@ -19,6 +19,7 @@ from hma_gripper_sim.device.tick_schedule import Timeline
 from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
+from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.ros.state_messages import SerialisedMessage, StateMessages
 from hma_gripper_sim.simulation.simulation import SimulationState
 
@@ -59,10 +60,11 @@ class Outputs:
         self._drawn: tuple[str, SimulationState] | None = None
         self._markers_due = 0.0
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._reports = Diagnostics(node.get_name(), scene.design)
+        self._reports = Diagnostics(node.get_fully_qualified_name().strip("/"), scene.design)
         self._joints = len(scene.joint_names)
         self._pace = Pace(self._joints)
         self._reported = time.monotonic()
+        self._accounted = 0
 
     def publish_contour(self, name: str) -> None:
         """Publish which object is in place."""
@@ -84,14 +86,20 @@ class Outputs:
         self._pace.add(state, took, moved=moved)
 
     def publish_slow(
-        self, settings: Settings, drive: Drive, arbiter: Arbiter, timeline: Timeline
+        self,
+        settings: Settings,
+        drive: Drive,
+        arbiter: Arbiter,
+        timeline: Timeline,
+        clock: NodeClock,
     ) -> None:
-        """Publish markers and diagnostics when their time has come."""
+        """Publish markers and diagnostics when their time has come on this machine's clock."""
         now = time.monotonic()
         if now >= self._markers_due and settings.markers_rate:
             self._markers_due = now + 1.0 / settings.markers_rate
             self._draw(settings, drive, timeline.stamp)
         if now >= self._reported + DIAGNOSTICS_PERIOD:
+            accounted = timeline.accounted(clock.now())
             report = self._reports.report(
                 self._node.get_clock().now().to_msg(),
                 drive.status(),
@@ -103,10 +111,12 @@ class Outputs:
                 period=settings.period,
                 factor=settings.real_time_factor,
                 elapsed=now - self._reported,
+                clock_elapsed=1e-9 * (accounted - self._accounted),
+                clock=clock,
             )
             self._diagnostics.publish(report)
             self._pace = Pace(self._joints)
-            self._reported = now
+            self._reported, self._accounted = now, accounted
 
     def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:
         """Publish markers where someone listens and something has changed; the last are latched."""
