@@ -16,11 +16,15 @@ endif
 # What test/replay/test_golden_logs.py compares with: one log for each scene in that folder.
 GOLDEN := test/data/golden
 
-.PHONY: help demo test docs golden clean
+.PHONY: help demo test lint types unit ros-test docs golden clean
 
 help:
 	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
-	@echo 'make test    set up $(VENV) and run ruff, mypy and pytest'
+	@echo 'make test    set up $(VENV) and run all checks: lint, types and every test'
+	@echo '  lint       ruff, and import-linter: what may import what'
+	@echo '  types      mypy'
+	@echo '  unit       the tests but for the running node and whole scenes'
+	@echo '  ros-test   the tests of the node, and of what else imports ROS'
 	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
 	@echo 'make golden  simulate the scenes in $(GOLDEN) anew: what later versions are compared with'
 	@echo 'make clean   remove $(VENV), build products and caches'
@@ -29,11 +33,22 @@ help:
 demo: $(VENV)/.installed
 	$(BIN)/hma_gripper demo
 
-test: $(VENV)/.installed-test
+test: lint types
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-logo
+
+types: $(VENV)/.installed-test
 	$(BIN)/mypy
-	$(BIN)/python -m pytest
+
+unit: $(VENV)/.installed-test
+	$(BIN)/python -m pytest --ignore=test/node --ignore=test/scenes
+
+ros-test: $(VENV)/.installed-test
+	$(BIN)/python -m pytest test/node test/ros
 
 docs: $(VENV)/.installed
 	$(BIN)/python -m hma_gripper_sim.ros.interface_docs
@@ -57,5 +72,5 @@ $(VENV)/.installed $(VENV)/.installed-test: setup.py setup.cfg pyproject.toml
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist install log *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) build dist install log *.egg-info .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

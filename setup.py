@@ -110,6 +110,7 @@ setup(
         # The linters are exact, so that a new release of theirs cannot fail an old commit.
         "test": [
             "hypothesis>=6.100,<7",
+            "import-linter==2.17",
             "mypy==2.4.1",
             "pytest>=8.0,<9",
             "ruff==0.17.6",

@@ -13,22 +13,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hma_gripper_sim.config_files import config_directory
     from hma_gripper_sim.errors import InputError
+    from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
+    from hma_gripper_sim.mechanics.scene import Scene
+    from hma_gripper_sim.mechanics.states import Snapshot
     from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
     from hma_gripper_sim.model.gripper import GripperDesign, Material, Tip
-    from hma_gripper_sim.model.scene import Scene
     from hma_gripper_sim.results.contact_warnings import (
         PenetrationWarning,
         UnmodelledContactWarning,
     )
+    from hma_gripper_sim.results.error_estimate import ErrorEstimate
     from hma_gripper_sim.results.validity import Finding, Severity
-    from hma_gripper_sim.simulation.error_estimate import ErrorEstimate
-    from hma_gripper_sim.simulation.outcome import Outcome, SimulationError, SolverStats
-    from hma_gripper_sim.simulation.simulation import (
-        Simulation,
-        SimulationState,
-        Snapshot,
-        simulate,
-    )
+    from hma_gripper_sim.simulation.simulation import Simulation, SimulationState, simulate
     from hma_gripper_sim.simulation.trace import Trace
 
 __all__ = [
@@ -62,12 +58,13 @@ _MODULES = {
     "errors": ("InputError",),
     "model.contours.shapes": ("Circle", "Contour", "Polygon", "RoundedBox"),
     "model.gripper": ("GripperDesign", "Material", "Tip"),
-    "model.scene": ("Scene",),
+    "mechanics.scene": ("Scene",),
     "results.contact_warnings": ("PenetrationWarning", "UnmodelledContactWarning"),
     "results.validity": ("Finding", "Severity"),
-    "simulation.error_estimate": ("ErrorEstimate",),
-    "simulation.outcome": ("Outcome", "SimulationError", "SolverStats"),
-    "simulation.simulation": ("Simulation", "SimulationState", "Snapshot", "simulate"),
+    "results.error_estimate": ("ErrorEstimate",),
+    "mechanics.states": ("Snapshot",),
+    "mechanics.outcome": ("Outcome", "SimulationError", "SolverStats"),
+    "simulation.simulation": ("Simulation", "SimulationState", "simulate"),
     "simulation.trace": ("Trace",),
 }
 
@@ -76,7 +73,7 @@ _MOVED = {
     f"{__name__}.{old}": f"{__name__}.{new}"
     for old, new in {
         "logs": "recordings (`reading`, `signal_map`)",
-        "reduced": "results.thesis_joints",
+        "reduced": "analysis.thesis_joints",
     }.items()
 }
 

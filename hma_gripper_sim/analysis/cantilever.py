@@ -7,7 +7,7 @@ import numpy as np
 from hma_gripper_sim.kernels.chain import chain_work, tip_response
 from hma_gripper_sim.kernels.static_equilibrium import solve_dead_load
 from hma_gripper_sim.mechanics.discretisation import DISCRETISATIONS, cantilever
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.units import choice, quantity, whole_number
 
 LENGTH = 0.030  # m

@@ -9,6 +9,7 @@ message_batches  messages as bytes, many at a time
 message_layout   where in these bytes the numbers lie
 byte_kernels     what is done with the bytes of every message, compiled
 log_metadata     what the metadata of a rosbag2 directory say
+topic            what a log says of a topic
 log_writer       writes rosbag2 directories
 mcap_storage     the mcap file in these: with checksums, readable whenever it ends
 ===============  =================================================================

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim.bags.mcap_storage import McapStorage
-from hma_gripper_sim.device.topics import Topic
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.errors import InputError
 
 _FOREVER = QosTime(0x7FFFFFFF, 0xFFFFFFFF)

@@ -23,8 +23,8 @@ from hma_gripper_sim.benchmark.peers import scipy_gripper
 from hma_gripper_sim.benchmark.population import plain_tasks
 from hma_gripper_sim.benchmark.scenes import REGULARISED, SAMPLE_PERIOD, Task
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError, spread
+from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.model.contours.shapes import Circle
-from hma_gripper_sim.simulation.outcome import SimulationError
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import beam_tangent
 

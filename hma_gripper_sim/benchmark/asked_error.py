@@ -25,8 +25,8 @@ from scipy.interpolate import PPoly
 
 from hma_gripper_sim.benchmark.population import POPULATIONS, Population
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError, spread
+from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.motion.prescribed_motion import Velocity
-from hma_gripper_sim.simulation.outcome import SimulationError
 from hma_gripper_sim.simulation.simulation import simulate
 
 Array = NDArray[np.float64]

@@ -27,10 +27,10 @@ from hma_gripper_sim.benchmark.measuring import interleaved
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.mechanics.discretisation import cantilever
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import start_state
 from hma_gripper_sim.model.contours.shapes import Circle
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import ramp
 from hma_gripper_sim.simulation.simulation import Half
 

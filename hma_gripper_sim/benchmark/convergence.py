@@ -16,7 +16,7 @@ from hma_gripper_sim.benchmark.cantilever import ELASTICA
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, SPEED, Task
 from hma_gripper_sim.benchmark.series import Deviation, Series, deviation, from_trace
 from hma_gripper_sim.benchmark.this_package import REFERENCE_PERIOD
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import Trace

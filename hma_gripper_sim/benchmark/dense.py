@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import COMPILED
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

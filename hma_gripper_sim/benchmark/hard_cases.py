@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.benchmark.scenes import phases
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import Velocity
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import Trace
 

@@ -19,9 +19,9 @@ from scipy.spatial import ConvexHull
 
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Phase, Task, phases
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ from hma_gripper_sim.benchmark.scaling import ScalingRow
 from hma_gripper_sim.benchmark.scenes import tasks as known_tasks
 from hma_gripper_sim.benchmark.startup import Startup
 from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
-from hma_gripper_sim.simulation.outcome import Outcome
+from hma_gripper_sim.mechanics.outcome import Outcome
 
 ROBUST = "discrete + PGS, 1 ms"  # MuJoCo's settings that the claims compare with
 ACCURATE = "implicitfast + PGS, 0.2 ms"

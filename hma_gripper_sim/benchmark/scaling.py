@@ -15,9 +15,9 @@ from hma_gripper_sim.benchmark.measuring import interleaved
 from hma_gripper_sim.kernels.chain import eliminate, place, substitute
 from hma_gripper_sim.kernels.compiled import COMPILED
 from hma_gripper_sim.kernels.stage import Model, Work, allocate
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.shapes import Circle
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.simulation.simulation import Simulation
 
 Array = NDArray[np.float64]

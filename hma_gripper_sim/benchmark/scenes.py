@@ -11,9 +11,9 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.shapes import Circle, RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from hma_gripper_sim.benchmark.measuring import Candidate
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
 from hma_gripper_sim.benchmark.series import Series, from_trace
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import Trace
 

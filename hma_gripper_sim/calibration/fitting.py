@@ -21,9 +21,9 @@ from scipy.optimize import least_squares
 from hma_gripper_sim.calibration.free_parameters import FreeParameter
 from hma_gripper_sim.calibration.observations import Observation, Trial
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.recordings.recording import FloatArray
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
 
 DIFFERENCE = 2e-3
 """Step of the central differences, relative to a parameter's scale."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.units import typed_quantity
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.kernels.base_motion import Motion
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.outcome import SimulationError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.prescribed_motion import part_of
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.replay.course import measured
 from hma_gripper_sim.replay.simulated_log import lead_in
-from hma_gripper_sim.simulation.outcome import SimulationError
 from hma_gripper_sim.simulation.simulation import Simulation
 
 SIGNALS = ("actuator_force", "phi_left", "phi_right")

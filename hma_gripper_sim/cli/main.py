@@ -14,8 +14,8 @@ from hma_gripper_sim.cli.record import record
 from hma_gripper_sim.cli.replay import replay
 from hma_gripper_sim.cli.urdf import urdf
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.ros.node_process import NodeError
-from hma_gripper_sim.simulation.outcome import SimulationError
 
 
 class _Commands(click.Group):

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from hma_gripper_sim.experiments.experiment import Criterion, Experiment
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.recordings.recording import FloatArray
 from hma_gripper_sim.recordings.run_figures import Run
 from hma_gripper_sim.results.gripper_outline import gripper_outline

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.motion.trajectory import Trajectory
 
 MAX_AHEAD_NS = 500_000_000
@@ -71,8 +71,8 @@ class Arbiter:
     Stamped commands are dropped as out of date by these rules. A velocity: its stamp is earlier
     than one already taken from the same source, older than the command timeout (it would have
     expired), or more than `MAX_AHEAD_NS` in the future. A trajectory: its last point has passed,
-    or it would begin more than `MAX_WAIT_NS` from now. Otherwise its stamp may lie in the past or in
-    the future, and in any order, since it says when to start.
+    or it would begin more than `MAX_WAIT_NS` from now. Otherwise its stamp may lie in the past or
+    in the future, and in any order, since it says when to start.
 
     Parameters
     ----------

@@ -14,10 +14,10 @@ from typing import Any
 
 from hma_gripper_sim.device.setting_definitions import FIELDS, PLACEMENT_FIELDS, Value, field_of
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.from_camera import polygon_from_outline
 from hma_gripper_sim.model.contours.shapes import contour_from_mapping
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 
 DEFAULT_CONTOURS: Mapping[str, Value] = MappingProxyType(

@@ -2,31 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from hma_gripper_sim.bags.topic import Topic
 
 NODE = "/hma_gripper_sim"
 """Full name of the node; its private topics and services live below it."""
-
-
-@dataclass(frozen=True)
-class Topic:
-    """A topic, its message type and whether late subscribers get the last message."""
-
-    name: str
-    msgtype: str
-    latched: bool = False
-
-    def of(self, node: str) -> Topic:
-        """Return the same topic of a node with another full name."""
-        if self.name.startswith(f"{NODE}/"):
-            return replace(self, name=node + self.name.removeprefix(NODE))
-        if self.name in _OF_THE_NAMESPACE:
-            return replace(self, name=node.rpartition("/")[0] + self.name)
-        return self
-
-
-_OF_THE_NAMESPACE = ("/joint_states",)
-"""Topics that lie beside the node, not below it."""
 
 
 JOINT_STATES = Topic("/joint_states", "sensor_msgs/msg/JointState")
@@ -50,3 +31,12 @@ RECORDED_TOPICS = (
     Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
 )
 """All that the node takes and publishes, but for pictures and the clock."""
+
+
+def topic_of(node: str, topic: Topic) -> Topic:
+    """Return the same topic of a node with another full name."""
+    if topic.name.startswith(f"{NODE}/"):
+        return replace(topic, name=node + topic.name.removeprefix(NODE))
+    if topic == JOINT_STATES:  # beside the node, not below it
+        return replace(topic, name=node.rpartition("/")[0] + topic.name)
+    return topic

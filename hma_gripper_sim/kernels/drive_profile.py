@@ -63,7 +63,7 @@ def tick(axis: Axis, state: Moving, command: float) -> Moving:
 
 @kernel
 def drive_profile(axis: Axis, commands: Array, travel: Array, velocity: Array) -> None:
-    """Move as `hma_gripper_sim.motion.drive.Drive` does when it is commanded velocities only.
+    """Move as `hma_gripper_sim.device.drive.Drive` does when it is commanded velocities only.
 
     Parameters
     ----------

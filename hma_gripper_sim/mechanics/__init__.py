@@ -1,8 +1,12 @@
 """A described gripper made computable.
 
 ==============  ===================================================
+scene           a scene that can be simulated
 discretisation  beams as chains of joints and bodies
 asked_accuracy  how fine a model an asked accuracy takes
+placement       where the object stands to leave a clearance
 start_pose      the pose in which the gripper rests before it moves
+states          one instant, and the accepted time steps of a run
+outcome         how a solve ended, and the error that says so
 ==============  ===================================================
 """

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.stage import Model, Work, allocate, solve_stage
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,6 @@ from hma_gripper_sim.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
-SLIDE = "slide"
-"""Name of the prismatic joint; all others are revolute."""
-
 _JOINT_NAMES = ("name", "joint_names")
 """Fields that name the joints of the arrays beside them, in sensor_msgs and in control_msgs."""
 

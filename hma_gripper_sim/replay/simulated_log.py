@@ -12,9 +12,10 @@ import numpy as np
 from hma_gripper_sim.bags.log_metadata import REMARKS_KEY, remarks_text
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.device.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
+from hma_gripper_sim.mechanics.outcome import SimulationError
+from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.motion.prescribed_motion import follow, part_of
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
-from hma_gripper_sim.recordings.signal_sources import SLIDE
 from hma_gripper_sim.replay.course import Course
 from hma_gripper_sim.replay.simulated_settings import Parameters, metadata
 from hma_gripper_sim.replay.tick_messages import (
@@ -23,10 +24,10 @@ from hma_gripper_sim.replay.tick_messages import (
     contour_message,
     velocity_message,
 )
+from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import join
 from hma_gripper_sim.results.validity import Finding, findings, remarks
-from hma_gripper_sim.simulation.error_estimate import Companions, ErrorEstimate
-from hma_gripper_sim.simulation.outcome import SimulationError
+from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.simulation import Simulation
 from hma_gripper_sim.simulation.trace import Trace
 

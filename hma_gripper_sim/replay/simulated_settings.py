@@ -20,7 +20,7 @@ from hma_gripper_sim.device.parameter_file import read_parameter_file
 from hma_gripper_sim.device.setting_definitions import PLACEMENT_FIELDS
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.units import read_yaml
 

@@ -13,13 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.typesys import Stores, get_typestore
 
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.device.topics import (
     ACTUATOR_WRENCH,
     CMD_VELOCITY,
     CONTOUR,
     JOINT_STATES,
     PHI,
-    Topic,
 )
 from hma_gripper_sim.results.robot_description import MOUNT
 from hma_gripper_sim.simulation.trace import Trace

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.clearance import place_segments
-from hma_gripper_sim.model.scene import SIDES, Scene
-from hma_gripper_sim.simulation.simulation import Snapshot
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import Snapshot
+from hma_gripper_sim.model.joint_names import SIDES
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
 
 OTHER_TIP_NAME = "other tip"
 SHALLOW = 0.1

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.base_motion import Motion
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import HalfRecord
 from hma_gripper_sim.motion.prescribed_motion import evaluate
-from hma_gripper_sim.simulation.accepted_steps import HalfRecord
 
 Array = NDArray[np.float64]
 

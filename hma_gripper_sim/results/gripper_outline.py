@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.clearance import TIP_SHANK, place_segments
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.model.joint_names import SIDES, joint_name
 
 Array = NDArray[np.float64]
 
@@ -47,11 +48,8 @@ def gripper_outline(scene: Scene, joint_position: ArrayLike) -> GripperOutline:
     width, middle = scene.design.width, half.chain.root[0]
     bodies = [_bar(np.array([-middle, -position[0]]), np.array([middle, -position[0]]), width)]
     placed = np.empty((len(half.segments.body), 4))
-    for side, mirror in (("right", 1.0), ("left", -1.0)):
-        names = [
-            f"tip_{side}" if part == "tip" else f"{part}_{side}_{number}"
-            for part, number in half.joints
-        ]
+    for side, mirror in zip(SIDES, (1.0, -1.0), strict=True):
+        names = [joint_name(part, side, number) for part, number in half.joints]
         q = mirror * position[[index[name] for name in names]]
         place_segments(half.chain, -position[0], q, half.segments, placed)
         for part, radius, (ax, az, bx, bz) in zip(

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.penetration import place_tip, tip_gap
-from hma_gripper_sim.model.scene import SIDES, Scene
+from hma_gripper_sim.mechanics.outcome import Outcome
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.results.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.results.unmodelled_contacts import find_unmodelled_touches
-from hma_gripper_sim.simulation.outcome import Outcome
-
-if TYPE_CHECKING:
-    from hma_gripper_sim.simulation.simulation import Snapshot
-    from hma_gripper_sim.simulation.trace import Trace
 
 Array = NDArray[np.float64]
 
@@ -82,36 +78,11 @@ def join(parts: Sequence[Observed]) -> Observed:
     )
 
 
-def observe(trace: Trace) -> Observed:
-    """Look at a run, or a part of one."""
-    scene = trace.scene
-    per_moment = scene.design.bending_stress(1.0) / scene.design.material.stress_limit
-    ratio = per_moment * np.maximum(*(trace.largest_moments(side) for side in SIDES))
-    over = np.flatnonzero(ratio > 1.0)
-    lowest = int(np.argmax(trace.travel))
-    angles = [trace.half_rows(side)[0][lowest] for side in SIDES]
-    travel = float(trace.travel[lowest])
-    nearest, between = _around(scene, travel, angles)
-    return Observed(
-        outcome=trace.stats.outcome,
-        end=float(trace.time[-1]),
-        touches=trace.warnings,
-        touched=trace.touched,
-        nearest=nearest,
-        beyond=travel - scene.clearance,
-        between=between,
-        penetration=trace.max_penetration,
-        penetration_time=trace.penetration_time,
-        stress_ratio=float(ratio.max()),
-        overstress_time=float(trace.time[over[0]]) if len(over) else None,
-    )
-
-
 def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
     """Look at one instant; the stress of an instant is left to who keeps its peaks."""
     states = [snapshot.halves[0], snapshot.halves[-1]]
     angles = [state.q for state in states]
-    nearest, between = _around(scene, snapshot.travel, angles)
+    nearest, between = tips_around_object(scene, snapshot.travel, angles)
     time, travel = np.array([snapshot.time]), np.array([snapshot.travel])
     halves = [
         Recorded(time, travel, own[None], other[None])
@@ -133,8 +104,8 @@ def observe_instant(scene: Scene, snapshot: Snapshot) -> Observed:
     )
 
 
-def _around(scene: Scene, travel: float, angles: Sequence[Array]) -> tuple[float, bool]:
-    """`nearest` and `between` of `Observed`, in a pose of both halves' angles."""
+def tips_around_object(scene: Scene, travel: float, angles: Sequence[Array]) -> tuple[float, bool]:
+    """Gap between tips and object [m], and whether it is between them, in a pose of both halves."""
     gaps, places = [], []
     for model, q in zip(scene.models, angles, strict=True):
         gaps.append(tip_gap(model.chain, model.fingertip, model.obstacle, travel, q))

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.clearance import TIP_SHANK
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.recordings.signal_sources import SLIDE
 from hma_gripper_sim.units import quantity
 
 Array = NDArray[np.float64]

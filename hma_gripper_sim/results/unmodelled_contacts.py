@@ -17,7 +17,8 @@ from hma_gripper_sim.kernels.clearance import (
     clearance_work,
     first_touches,
 )
-from hma_gripper_sim.model.scene import SIDES, Scene
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.results.contact_warnings import OTHER_TIP_NAME, UnmodelledContactWarning
 
 PART_NAMES = {

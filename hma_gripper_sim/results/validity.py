@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import Scene
 from hma_gripper_sim.results.contact_warnings import PenetrationWarning, is_deep
+from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import Observed
 from hma_gripper_sim.results.sampled_contour import hidden_depth, largest_spacing, smallest_width
-from hma_gripper_sim.simulation.error_estimate import ErrorEstimate
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
 
 THESIS_ERROR = (
     "over random scenes the thesis' discretisation is a median 2.2 % and at most 48 % of the force "

@@ -9,11 +9,12 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from hma_gripper_sim.device.arbitration import SourceCounts
+from hma_gripper_sim.device.drive import DriveStatus
+from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.motion.drive import DriveStatus
 from hma_gripper_sim.results.validity import Finding, Severity
 from hma_gripper_sim.ros.node_clock import NodeClock
-from hma_gripper_sim.simulation.simulation import SimulationState, Snapshot
+from hma_gripper_sim.simulation.simulation import SimulationState
 
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,

@@ -13,8 +13,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from hma_gripper_sim.device.arbitration import Command, TrajectoryCommand, VelocityCommand
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.motion.trajectory import Trajectory, WayPoint
-from hma_gripper_sim.recordings.signal_sources import SLIDE
 
 
 @dataclass(frozen=True)

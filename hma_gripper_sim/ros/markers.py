@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hma_gripper_sim.model.scene import SIDES, Scene
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import Snapshot
+from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.results.contact_forces import ContactForce, contact_forces
 from hma_gripper_sim.results.gripper_outline import gripper_outline
 from hma_gripper_sim.results.robot_description import MOUNT
-from hma_gripper_sim.simulation.simulation import SimulationState, Snapshot
+from hma_gripper_sim.simulation.simulation import SimulationState
 
 Array = NDArray[np.float64]
 

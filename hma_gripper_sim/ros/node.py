@@ -19,11 +19,11 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from hma_gripper_sim.device.arbitration import Arbiter, Command
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import OUTLINE, Settings
 from hma_gripper_sim.device.tick_schedule import MAX_LAG_NS, MAX_SIMULATED_LAG_NS, Timeline
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.ros.inputs import SOURCES, Source
 from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.ros.parameters import refuse_two_clocks

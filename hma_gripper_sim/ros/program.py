@@ -25,15 +25,15 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.topics import NODE
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.motion.drive import Drive
+from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.ros.arguments import initialise_ros, origin
 from hma_gripper_sim.ros.node import SimNode
 from hma_gripper_sim.ros.parameters import declare_parameters
-from hma_gripper_sim.simulation.outcome import SimulationError
 from hma_gripper_sim.simulation.simulation import Simulation
 
 T = TypeVar("T")

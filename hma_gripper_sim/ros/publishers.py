@@ -14,9 +14,9 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from hma_gripper_sim.device.arbitration import Arbiter
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.tick_schedule import Timeline
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
 from hma_gripper_sim.ros.node_clock import NodeClock

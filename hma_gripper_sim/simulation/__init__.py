@@ -2,9 +2,7 @@
 
 ==============  ===========================================
 simulation      owns the state and the solver's workspace
-outcome         how a simulation ended
-accepted_steps  the time steps that the solver accepted
 trace           results of a run, sampled at a fixed period
-error_estimate  the error that a run estimates of itself
+companion_runs  runs beside a run, whose differences from it show its error
 ==============  ===========================================
 """

@@ -33,13 +33,13 @@ from hma_gripper_sim.kernels.radau_integrator import (
 )
 from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.mechanics.asked_accuracy import stepping_tolerance
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.states import HalfRecord, Snapshot
 from hma_gripper_sim.motion.prescribed_motion import Velocity, evaluate, follow, ramp
 from hma_gripper_sim.results.contact_warnings import PenetrationWarning, is_deep
-from hma_gripper_sim.simulation.accepted_steps import HalfRecord
-from hma_gripper_sim.simulation.error_estimate import Companions
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError, SolverStats
+from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.trace import Trace, beam_tangent, joint_rows
 from hma_gripper_sim.units import quantity
 
@@ -83,17 +83,6 @@ class SimulationState:
     joint_position: Array
     joint_velocity: Array
     joint_effort: Array
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Everything a simulation needs to go on bit for bit as it would have."""
-
-    time: float
-    travel: float
-    velocity: float
-    acceleration: float
-    halves: tuple[HalfState, ...]
 
 
 class Half:

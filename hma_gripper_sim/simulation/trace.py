@@ -14,17 +14,18 @@ from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.penetration import deepest_penetration
 from hma_gripper_sim.mechanics.discretisation import HalfGripper
-from hma_gripper_sim.model.scene import SIDES, Scene
+from hma_gripper_sim.mechanics.outcome import SolverStats
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import HalfRecord
+from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.motion.prescribed_motion import evaluate
 from hma_gripper_sim.results.bending_moments import section_moments
 from hma_gripper_sim.results.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.results.energy_balance import EnergyBalance, energy_balance
-from hma_gripper_sim.results.observation import Observed, observe
+from hma_gripper_sim.results.error_estimate import ErrorEstimate
+from hma_gripper_sim.results.observation import Observed, tips_around_object
 from hma_gripper_sim.results.unmodelled_contacts import find_unmodelled_touches
 from hma_gripper_sim.results.validity import Finding, findings
-from hma_gripper_sim.simulation.accepted_steps import HalfRecord
-from hma_gripper_sim.simulation.error_estimate import ErrorEstimate
-from hma_gripper_sim.simulation.outcome import SolverStats
 from hma_gripper_sim.units import choice
 
 Array = NDArray[np.float64]
@@ -229,7 +230,26 @@ class Trace:
     @cached_property
     def observed(self) -> Observed:
         """What the run's validity is judged by."""
-        return observe(self)
+        design, travel = self.scene.design, self.travel
+        per_moment = design.bending_stress(1.0) / design.material.stress_limit
+        ratio = per_moment * np.maximum(*(self.largest_moments(side) for side in SIDES))
+        over = np.flatnonzero(ratio > 1.0)
+        lowest = int(np.argmax(travel))
+        angles = [self.half_rows(side)[0][lowest] for side in SIDES]
+        nearest, between = tips_around_object(self.scene, float(travel[lowest]), angles)
+        return Observed(
+            outcome=self.stats.outcome,
+            end=float(self.time[-1]),
+            touches=self.warnings,
+            touched=self.touched,
+            nearest=nearest,
+            beyond=float(travel[lowest]) - self.scene.clearance,
+            between=between,
+            penetration=self.max_penetration,
+            penetration_time=self.penetration_time,
+            stress_ratio=float(ratio.max()),
+            overstress_time=float(self.time[over[0]]) if len(over) else None,
+        )
 
     @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:

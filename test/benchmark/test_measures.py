@@ -15,7 +15,7 @@ from hma_gripper_sim.benchmark.hard_cases import Verdict
 from hma_gripper_sim.benchmark.measuring import interleaved
 from hma_gripper_sim.benchmark.scenes import phases, tasks
 from hma_gripper_sim.benchmark.series import Series, deviation
-from hma_gripper_sim.simulation.outcome import Outcome
+from hma_gripper_sim.mechanics.outcome import Outcome
 
 
 def test_deviation_is_relative_to_the_largest_value_of_the_reference():

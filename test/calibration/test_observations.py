@@ -64,7 +64,7 @@ def test_instants_of_an_experiment() -> None:
 
 
 def test_parameters_that_cannot_be_simulated_are_told_apart(monkeypatch) -> None:
-    from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
+    from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
     from hma_gripper_sim.simulation.simulation import Simulation
 
     def fails(self, *_):

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from hma_gripper_sim.cli.main import cli
-from hma_gripper_sim.device.topics import CMD_VELOCITY, JOINT_STATES, RECORDED_TOPICS
+from hma_gripper_sim.device.topics import CMD_VELOCITY, JOINT_STATES, RECORDED_TOPICS, topic_of
 
 
 def test_missing_ros_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -39,8 +39,8 @@ def test_bad_arguments_are_named(arguments: list[str], reason: str) -> None:
 
 
 def test_topics_follow_the_name_of_the_node() -> None:
-    assert JOINT_STATES.of("/left/gripper").name == "/left/joint_states"
-    assert CMD_VELOCITY.of("/left/gripper").name == "/left/gripper/cmd_velocity"
-    assert JOINT_STATES.of("/gripper").name == "/joint_states"
-    assert [topic.of("/hma_gripper_sim") for topic in RECORDED_TOPICS] == [*RECORDED_TOPICS]
-    assert "/diagnostics" in {topic.of("/left/gripper").name for topic in RECORDED_TOPICS}
+    assert topic_of("/left/gripper", JOINT_STATES).name == "/left/joint_states"
+    assert topic_of("/left/gripper", CMD_VELOCITY).name == "/left/gripper/cmd_velocity"
+    assert topic_of("/gripper", JOINT_STATES).name == "/joint_states"
+    assert [topic_of("/hma_gripper_sim", topic) for topic in RECORDED_TOPICS] == [*RECORDED_TOPICS]
+    assert "/diagnostics" in {topic_of("/left/gripper", topic).name for topic in RECORDED_TOPICS}

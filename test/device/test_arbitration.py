@@ -15,7 +15,7 @@ from hma_gripper_sim.device.arbitration import (
     TrajectoryCommand,
     VelocityCommand,
 )
-from hma_gripper_sim.motion.drive import Drive
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.trajectory import Trajectory, WayPoint
 

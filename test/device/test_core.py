@@ -14,9 +14,9 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from hma_gripper_sim import InputError, Simulation
 from hma_gripper_sim.device.arbitration import Arbiter, TrajectoryCommand, VelocityCommand
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.tick_schedule import Timeline
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.motion.trajectory import LARGEST, Trajectory, WayPoint
 
 SECOND = 1_000_000_000

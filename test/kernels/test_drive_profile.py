@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 
 FAR = Scene(

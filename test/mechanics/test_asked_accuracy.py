@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 from hma_gripper_sim import Circle, GripperDesign, RoundedBox, Scene, Simulation, simulate
+from hma_gripper_sim.analysis.thesis_joints import thesis_joint_states
 from hma_gripper_sim.mechanics.asked_accuracy import COLUMN_ERROR, MODEL_SHARE
 from hma_gripper_sim.mechanics.discretisation import cantilever, partition
-from hma_gripper_sim.results.thesis_joints import thesis_joint_states
 
 THESIS = GripperDesign.thesis_2013()
 SOFT = dataclasses.replace(

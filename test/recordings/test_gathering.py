@@ -11,7 +11,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import InputError, config_directory
-from hma_gripper_sim.device.topics import Topic
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
 from hma_gripper_sim.recordings.signal_map import SignalMap
 

@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import InputError, Simulation
 from hma_gripper_sim.bags.log_metadata import read_remarks
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.topics import (
     ACTUATOR_WRENCH,
     CMD_VELOCITY,
@@ -22,14 +23,13 @@ from hma_gripper_sim.device.topics import (
     PHI,
     STAMPED_TOPICS,
 )
-from hma_gripper_sim.motion.drive import Drive
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
 from hma_gripper_sim.replay import simulated_log
 from hma_gripper_sim.replay.course import Course, commanded, measured
 from hma_gripper_sim.replay.simulated_log import Replay, replay
 from hma_gripper_sim.replay.simulated_settings import Parameters, logged_parameters
-from hma_gripper_sim.simulation.error_estimate import Companions
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
+from hma_gripper_sim.simulation.companion_runs import Companions
 
 PERIOD_NS = 10_000_000
 

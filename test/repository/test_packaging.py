@@ -99,8 +99,8 @@ def test_importing_the_package_loads_no_ros() -> None:
     ("statement", "place"),
     [
         ("from hma_gripper_sim.logs.reader import read_recording", "recordings"),
-        ("from hma_gripper_sim.reduced import thesis_joint_states", "results.thesis_joints"),
-        ("from hma_gripper_sim import reduced", "results.thesis_joints"),
+        ("from hma_gripper_sim.reduced import thesis_joint_states", "analysis.thesis_joints"),
+        ("from hma_gripper_sim import reduced", "analysis.thesis_joints"),
     ],
 )
 def test_a_module_that_has_moved_says_where_it_is(statement: str, place: str) -> None:

@@ -19,10 +19,10 @@ from hma_gripper_sim import (
     Trace,
     simulate,
 )
+from hma_gripper_sim.mechanics.outcome import Outcome
+from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import join
 from hma_gripper_sim.results.validity import findings, remarks
-from hma_gripper_sim.simulation.error_estimate import ErrorEstimate
-from hma_gripper_sim.simulation.outcome import Outcome
 
 
 def run(scene: Scene, velocity: float = 0.004, duration: float = 7.0) -> Trace:

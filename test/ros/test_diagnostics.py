@@ -6,7 +6,7 @@ import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.device.arbitration import SourceCounts
-from hma_gripper_sim.motion.drive import DriveStatus
+from hma_gripper_sim.device.drive import DriveStatus
 from hma_gripper_sim.results.validity import Finding, Severity
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")

@@ -11,7 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,9 @@ SMALLEST = 1e-6  # m; below this an edge or a radius is a mistake of units, not 
 
 class Contour(ABC):
     """A rigid convex outline."""
+
+    sampled_normal: ClassVar[str] = "tip"
+    """Whose normal sampled contact forces have unless a scene says otherwise, as in the thesis."""
 
     @property
     @abstractmethod
@@ -78,6 +81,7 @@ class Circle(Contour):
     """
 
     radius: float
+    sampled_normal: ClassVar[str] = "object"
 
     def __post_init__(self) -> None:
         value = quantity(self.radius, "m", field="radius", source="Circle", minimum=SMALLEST)

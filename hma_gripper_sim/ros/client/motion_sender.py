@@ -14,8 +14,8 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.motion.trajectory import WayPoint
-from hma_gripper_sim.recordings.signal_sources import SLIDE
 
 RENEWAL = 0.02
 """Real time between two commands of the same velocity [s]."""

@@ -11,7 +11,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from hma_gripper_sim.recordings.signal_sources import SLIDE
+from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.ros.inputs import nanoseconds
 
 _QUEUE = 10

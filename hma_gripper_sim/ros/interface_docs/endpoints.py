@@ -11,9 +11,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from hma_gripper_sim.config_files import config_directory
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.topics import NODE
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.ros.arguments import initialise_ros
 from hma_gripper_sim.ros.node import SimNode
 from hma_gripper_sim.ros.node_process import private_ros_domain

@@ -14,7 +14,8 @@ from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions
 
 from hma_gripper_sim.bags.log_writer import LogWriter
-from hma_gripper_sim.device.topics import JOINT_STATES, RECORDED_TOPICS, Topic
+from hma_gripper_sim.bags.topic import Topic
+from hma_gripper_sim.device.topics import JOINT_STATES, RECORDED_TOPICS, topic_of
 from hma_gripper_sim.replay.simulated_settings import metadata
 from hma_gripper_sim.ros.node_process import NodeError
 from hma_gripper_sim.ros.recording.parameter_query import ask_parameters
@@ -121,7 +122,7 @@ def record(
 
 
 def _topics(node: str) -> list[Topic]:
-    return [topic.of(node) for topic in RECORDED_TOPICS]
+    return [topic_of(node, topic) for topic in RECORDED_TOPICS]
 
 
 def _await_node(recorder: Recorder, node: str, patience: float) -> None:

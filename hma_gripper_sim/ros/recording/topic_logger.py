@@ -18,6 +18,7 @@ from std_msgs.msg import Float64, Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
 from hma_gripper_sim.bags.log_writer import LogWriter
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.device.topics import (
     ACTUATOR_WRENCH,
     CMD_VELOCITY,
@@ -26,9 +27,9 @@ from hma_gripper_sim.device.topics import (
     LOGGED_TOPICS,
     NODE,
     STAMPED_TOPICS,
-    Topic,
+    topic_of,
 )
-from hma_gripper_sim.recordings.signal_sources import SLIDE
+from hma_gripper_sim.model.joint_names import SLIDE
 
 _QUEUE = 10_000
 """Messages that wait while this process is busy: none may be lost."""
@@ -75,7 +76,7 @@ class Recorder:
         name: str = NODE,
     ) -> None:
         self._node = Node("hma_gripper_recorder", context=context)
-        self._names = {topic: topic.of(name).name for topic in topics}
+        self._names = {topic: topic_of(name, topic).name for topic in topics}
         self._subscriptions = {
             topic: self._node.create_subscription(
                 _MESSAGES[topic.msgtype], self._names[topic], _not_called, _qos(topic), raw=True

@@ -23,13 +23,14 @@ from hma_gripper_sim.kernels.braking import (
     limited_velocity,
     stopping_distance,
 )
-from hma_gripper_sim.model.scene import Scene
+from hma_gripper_sim.mechanics.outcome import SimulationError
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.trajectory import Spline, Trajectory
 from hma_gripper_sim.results.observation import observe_instant
 from hma_gripper_sim.results.validity import Finding, findings
-from hma_gripper_sim.simulation.outcome import SimulationError
-from hma_gripper_sim.simulation.simulation import Simulation, SimulationState, Snapshot
+from hma_gripper_sim.simulation.simulation import Simulation, SimulationState
 from hma_gripper_sim.units import quantity
 
 

@@ -1,13 +1,27 @@
-"""Accepted time steps of one half of the gripper, as the solver recorded them."""
+"""States of a simulated gripper: one instant, and the accepted time steps of a run."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.integrator import HalfState
+
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything a simulation needs to go on bit for bit as it would have."""
+
+    time: float
+    travel: float
+    velocity: float
+    acceleration: float
+    halves: tuple[HalfState, ...]
 
 
 class HalfRecord(NamedTuple):

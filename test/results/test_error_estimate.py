@@ -10,17 +10,16 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, RoundedBox, Scene, Simulation, Trace, simulate
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.motion.prescribed_motion import follow
-from hma_gripper_sim.simulation.error_estimate import (
+from hma_gripper_sim.results.error_estimate import (
     TIGHTER,
-    Companions,
     ErrorEstimate,
     Samples,
     Spread,
-    refined_scene,
 )
-from hma_gripper_sim.simulation.error_estimate import estimate_error as from_spreads
-from hma_gripper_sim.simulation.outcome import Outcome, SimulationError
+from hma_gripper_sim.results.error_estimate import estimate_error as from_spreads
+from hma_gripper_sim.simulation.companion_runs import Companions, refined_scene
 
 TIME = np.linspace(0.0, 1.0, 101)
 EXACT = Samples(TIME, 2.0 * np.sin(5.0 * TIME), np.column_stack([TIME, -TIME]))

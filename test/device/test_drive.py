@@ -20,8 +20,8 @@ from hma_gripper_sim import (
     Simulation,
     SimulationError,
 )
+from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.kernels.braking import TRAVEL_RESOLUTION
-from hma_gripper_sim.motion.drive import Drive
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.trajectory import Trajectory, WayPoint
 from hma_gripper_sim.motion.trapezoid import trapezoid
