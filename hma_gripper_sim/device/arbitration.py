@@ -36,6 +36,20 @@ class VelocityCommand:
 
 
 @dataclass(frozen=True)
+class PositionCommand:
+    """Go to a travel [m], as fast as the drive may, and stay there.
+
+    Attributes
+    ----------
+    stamp
+        When it was sent [ns]; 0: now.
+    """
+
+    travel: float
+    stamp: int = 0
+
+
+@dataclass(frozen=True)
 class TrajectoryCommand:
     """Follow a trajectory.
 
@@ -49,7 +63,7 @@ class TrajectoryCommand:
     stamp: int = 0
 
 
-Command = VelocityCommand | TrajectoryCommand
+Command = VelocityCommand | PositionCommand | TrajectoryCommand
 
 
 @dataclass
@@ -68,11 +82,11 @@ class OutdatedError(InputError):
 class Arbiter:
     """Passes the commands of several sources on to a drive.
 
-    Stamped commands are dropped as out of date by these rules. A velocity: its stamp is earlier
-    than one already taken from the same source, older than the command timeout (it would have
-    expired), or more than `MAX_AHEAD_NS` in the future. A trajectory: its last point has passed,
-    or it would begin more than `MAX_WAIT_NS` from now. Otherwise its stamp may lie in the past or
-    in the future, and in any order, since it says when to start.
+    Stamped commands are dropped as out of date by these rules. A velocity or a travel: its stamp is
+    earlier than one already taken from the same source, older than the command timeout (a velocity
+    would have expired), or more than `MAX_AHEAD_NS` in the future. A trajectory: its last point has
+    passed, or it would begin more than `MAX_WAIT_NS` from now. Otherwise its stamp may lie in the
+    past or in the future, and in any order, since it says when to start.
 
     Parameters
     ----------
@@ -109,12 +123,15 @@ class Arbiter:
         """
         counts = self._counts[source]
         try:
-            if isinstance(command, VelocityCommand):
-                self._check_stamp(source, command.stamp, now, lag)
-                self._drive.command(command.velocity, source)
-                self._newest[source] = command.stamp or self._newest[source]
-            else:
+            if isinstance(command, TrajectoryCommand):
                 self._follow(source, command, now)
+            else:
+                self._check_stamp(source, command.stamp, now, lag)
+                if isinstance(command, VelocityCommand):
+                    self._drive.command(command.velocity, source)
+                else:
+                    self._drive.go_to(command.travel, source)
+                self._newest[source] = command.stamp or self._newest[source]
         except OutdatedError:
             counts.outdated += 1
             raise

@@ -151,6 +151,11 @@ _DRIVE = {
         description="Simulated time after which a velocity command that is not renewed "
         "expires, and the drive ramps to rest [s]; 0: never.",
     ),
+    "allow_nonzero_velocity_at_trajectory_end": Field(
+        default=False,
+        description="Take trajectories whose last point is not at rest, as streams of them have. "
+        "When none follows, the drive brakes and returns to the last position.",
+    ),
 }
 
 _OBJECT = {
@@ -177,6 +182,12 @@ _OBJECT = {
 }
 
 _GRIPPER = {
+    "prefix": Field(
+        default="",
+        read_only=True,
+        description="Stands before the names of all joints and frames, such as 'left_', so that "
+        "two grippers, or an arm with names of its own, can be told apart.",
+    ),
     "design": Field(
         default="",
         read_only=True,

@@ -30,7 +30,14 @@ PARAMETERS_KEY = "hma_gripper_sim.parameters"
 _SCENE_ONLY = ("accuracy", "gravity")
 """Parameters of a scene that the node leaves at their defaults."""
 
-_NO_EFFECT = ("real_time_factor", "publish_clock", "step_ticks", "markers_rate")
+_NO_EFFECT = (
+    "real_time_factor",
+    "publish_clock",
+    "step_ticks",
+    "markers_rate",
+    "prefix",
+    "allow_nonzero_velocity_at_trajectory_end",
+)
 """Parameters of the node that mean nothing offline."""
 
 

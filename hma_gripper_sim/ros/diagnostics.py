@@ -13,7 +13,6 @@ from hma_gripper_sim.device.drive import DriveStatus
 from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.results.validity import Finding, Severity
-from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.simulation.simulation import SimulationState
 
 OK, WARN, ERROR, STALE = (
@@ -96,7 +95,8 @@ class Diagnostics:
         factor: float,
         elapsed: float,
         clock_elapsed: float,
-        clock: NodeClock,
+        clock_problem: str,
+        company: Sequence[str],
     ) -> DiagnosticArray:
         """Return a report.
 
@@ -115,8 +115,10 @@ class Diagnostics:
         elapsed, clock_elapsed
             Time since the last report, on this machine's clock and on the node's; the latter up to
             the last tick that was due [s].
-        clock
-            Of the node.
+        clock_problem
+            What is wrong with the node's clock; empty: nothing.
+        company
+            Who is in the way on the ROS graph.
         """
         array = DiagnosticArray(
             status=[
@@ -128,11 +130,12 @@ class Diagnostics:
                     0.0 if status.paused else factor,
                     elapsed,
                     clock_elapsed,
-                    clock,
+                    clock_problem,
                 ),
                 self._solver(status, snapshot),
                 self._stress(pace),
                 self._validity(validity),
+                self._graph(company),
             ]
         )
         array.header.stamp = stamp
@@ -179,13 +182,13 @@ class Diagnostics:
         wanted: float,
         elapsed: float,
         clock_elapsed: float,
-        clock: NodeClock,
+        clock_problem: str,
     ) -> DiagnosticStatus:
         moved = pace.moved * period
         achieved = moved / elapsed
         level, message = OK, f"{achieved:.2f} times real time"
-        if clock.problem:
-            level, message = WARN, clock.problem
+        if clock_problem:
+            level, message = WARN, clock_problem
         elif overruns > self._overruns:
             level, message = WARN, "fell behind the clock: lag given up"
         elif wanted and clock_elapsed > 0.0 and moved < SLOW * wanted * clock_elapsed:
@@ -234,6 +237,10 @@ class Diagnostics:
             for name in FINDINGS
         }
         return self._status("validity", level, message, values)
+
+    def _graph(self, company: Sequence[str]) -> DiagnosticStatus:
+        level, message = (WARN, company[0]) if company else (OK, "nobody is in the way")
+        return self._status("graph", level, message, {"in the way": "; ".join(company) or "nobody"})
 
     def _status(
         self, part: str, level: bytes, message: str, values: Mapping[str, object]

@@ -7,7 +7,7 @@ others run in the thread of `SimNode.run`, between two ticks.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,6 @@ from geometry_msgs.msg import PolygonStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from hma_gripper_sim.device.arbitration import Arbiter, Command
@@ -24,13 +23,13 @@ from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import OUTLINE, Settings
 from hma_gripper_sim.device.tick_schedule import MAX_LAG_NS, MAX_SIMULATED_LAG_NS, Timeline
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.ros.inputs import SOURCES, Source
+from hma_gripper_sim.model.joint_names import SLIDE
+from hma_gripper_sim.ros.company import Company
+from hma_gripper_sim.ros.inputs import SOURCES, Source, read_outline
+from hma_gripper_sim.ros.listener import Listener
 from hma_gripper_sim.ros.node_clock import NodeClock
-from hma_gripper_sim.ros.parameters import refuse_two_clocks
+from hma_gripper_sim.ros.parameters import refuse_two_clocks, whole_numbers_as_declared
 from hma_gripper_sim.ros.publishers import Outputs
-
-NEWEST_QOS = QoSProfile(depth=1)
-"""Of commands and outlines: one that waits is replaced by the next."""
 
 CLOCK_POLL = 1e-3
 """How often a clock that is not the system's is looked at while waiting [s]."""
@@ -64,32 +63,39 @@ class SimNode:
         self._clock = NodeClock(node.get_clock())
         self._clock_problem = ""
         self._outputs = Outputs(node, settings)
+        self._company = Company(
+            node,
+            settings.prefix + SLIDE,
+            publishes_clock=settings.publish_clock,
+            is_own=self._outputs.is_own,
+        )
         self._reported = drive.status()
 
         for source in SOURCES:
-            on_command = partial(self._on_command, source)
-            node.create_subscription(source.kind, f"~/{source.name}", on_command, NEWEST_QOS)
-        node.create_subscription(PolygonStamped, "~/outline", self._on_outline, NEWEST_QOS)
+            Listener(node, source.kind, f"~/{source.name}", partial(self._on_command, source))
+        Listener(node, PolygonStamped, "~/outline", self._on_outline)
         node.create_service(Trigger, "~/reset", self._on_reset)
         node.create_service(SetBool, "~/pause", self._on_pause)
         node.create_service(Trigger, "~/step", self._on_step)
         for name in (*settings.scenes, OUTLINE):
             on_select = partial(self._on_select, name)
             node.create_service(Trigger, f"~/select_contour/{name}", on_select)
+        node.add_pre_set_parameters_callback(whole_numbers_as_declared)
         node.add_on_set_parameters_callback(self._on_parameters)
 
     # What ROS asks for; these run in the callbacks' thread.
 
-    def _on_command(self, source: Source, message: Any) -> None:
+    def _on_command(self, source: Source, message: Any, info: Mapping[str, int]) -> None:
+        self._company.note_command(f"~/{source.name}", info)
         try:
-            call = partial(self._take, source.name, source.read(message))
+            call = partial(self._take, source.name, source.read(message, self._settings))
         except InputError as error:
             call = partial(self._reject, source.name, error)
         self._mailbox.post(call)
 
-    def _on_outline(self, message: PolygonStamped) -> None:
-        points = tuple((point.x, point.z) for point in message.polygon.points)
+    def _on_outline(self, message: PolygonStamped, _: Mapping[str, int]) -> None:
         try:
+            points = read_outline(message, self._settings)
             settings = self._settings.with_outline(points)
             self._mailbox.ask(partial(self._apply, settings))
         except InputError as error:
@@ -177,7 +183,7 @@ class SimNode:
             self._log.warning(problem)
         self._clock_problem = problem
         self._outputs.publish_slow(
-            self._settings, self._drive, self._arbiter, self._timeline, self._clock
+            self._settings, self._drive, self._arbiter, self._timeline, self._clock, self._company
         )
 
     def _take(self, source: str, command: Command) -> None:
