@@ -11,12 +11,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hma_gripper_sim.config_files import config_directory
     from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
     from hma_gripper_sim.mechanics.scene import Scene
     from hma_gripper_sim.mechanics.states import Snapshot
-    from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
+    from hma_gripper_sim.model.contours.base import Contour
+    from hma_gripper_sim.model.contours.circle import Circle
+    from hma_gripper_sim.model.contours.polygon import Polygon
+    from hma_gripper_sim.model.contours.rounded_box import RoundedBox
     from hma_gripper_sim.model.gripper import GripperDesign, Material, Tip
     from hma_gripper_sim.results.contact_warnings import (
         PenetrationWarning,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from hma_gripper_sim.results.validity import Finding, Severity
     from hma_gripper_sim.simulation.simulation import Simulation, SimulationState, simulate
     from hma_gripper_sim.simulation.trace import Trace
+    from hma_gripper_sim.yaml_reading import config_directory
 
 __all__ = [
     "Circle",
@@ -54,9 +57,12 @@ __all__ = [
 ]
 
 _MODULES = {
-    "config_files": ("config_directory",),
+    "yaml_reading": ("config_directory",),
     "errors": ("InputError",),
-    "model.contours.shapes": ("Circle", "Contour", "Polygon", "RoundedBox"),
+    "model.contours.base": ("Contour",),
+    "model.contours.circle": ("Circle",),
+    "model.contours.polygon": ("Polygon",),
+    "model.contours.rounded_box": ("RoundedBox",),
     "model.gripper": ("GripperDesign", "Material", "Tip"),
     "mechanics.scene": ("Scene",),
     "results.contact_warnings": ("PenetrationWarning", "UnmodelledContactWarning"),

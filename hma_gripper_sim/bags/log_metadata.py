@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import read_yaml
 
 REMARKS_KEY = "hma_gripper_sim.remarks"
 """Under which they hold how far what was simulated can be trusted: a list of texts in JSON."""

@@ -20,7 +20,8 @@ from hma_gripper_sim.bags.mcap_file import McapFile
 from hma_gripper_sim.bags.message_batches import CDR, Batch, Connection, Findings
 from hma_gripper_sim.bags.ros1_bag import BagFile
 from hma_gripper_sim.errors import InputError, first_line
-from hma_gripper_sim.units import choice, read_yaml
+from hma_gripper_sim.units import choice
+from hma_gripper_sim.yaml_reading import read_yaml
 
 METADATA = "metadata.yaml"
 

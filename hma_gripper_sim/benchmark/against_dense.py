@@ -24,7 +24,7 @@ from hma_gripper_sim.benchmark.population import plain_tasks
 from hma_gripper_sim.benchmark.scenes import REGULARISED, SAMPLE_PERIOD, Task
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError, spread
 from hma_gripper_sim.mechanics.outcome import SimulationError
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.simulation.simulation import simulate
 from hma_gripper_sim.simulation.trace import beam_tangent
 

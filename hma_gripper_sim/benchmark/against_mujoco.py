@@ -23,7 +23,8 @@ from hma_gripper_sim.benchmark.scenes import REGULARISED, Task
 from hma_gripper_sim.benchmark.series import Series
 from hma_gripper_sim.benchmark.work_precision import timed_rows
 from hma_gripper_sim.benchmark.worker import Worker, WorkerError
-from hma_gripper_sim.model.contours.shapes import Circle, RoundedBox
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 
 SHORTEST, LONGEST = 0.5, 10.0  # s; a shorter run has too few samples to be compared
 TOLERANCES = (2e-2, 5e-3, 1e-3, 3e-4, 1e-4, 3e-5)

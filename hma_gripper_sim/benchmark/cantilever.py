@@ -29,7 +29,7 @@ from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.mechanics.discretisation import cantilever
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import start_state
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.prescribed_motion import ramp
 from hma_gripper_sim.simulation.simulation import Half

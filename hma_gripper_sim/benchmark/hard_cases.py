@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from hma_gripper_sim.benchmark.scenes import phases
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
+from hma_gripper_sim.model.contours.base import Contour
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.polygon import Polygon
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 from hma_gripper_sim.simulation.simulation import simulate

@@ -20,7 +20,10 @@ from scipy.spatial import ConvexHull
 from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Phase, Task, phases
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
+from hma_gripper_sim.model.contours.base import Contour
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.polygon import Polygon
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 

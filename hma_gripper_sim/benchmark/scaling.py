@@ -16,7 +16,7 @@ from hma_gripper_sim.kernels.chain import eliminate, place, substitute
 from hma_gripper_sim.kernels.compiled import COMPILED
 from hma_gripper_sim.kernels.stage import Model, Work, allocate
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.simulation.simulation import Simulation
 

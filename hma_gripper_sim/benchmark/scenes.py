@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Circle, RoundedBox
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.prescribed_motion import Velocity
 

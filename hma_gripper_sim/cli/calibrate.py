@@ -7,11 +7,12 @@ from pathlib import Path
 
 import click
 
+from hma_gripper_sim.cli.option_types import FILE
 from hma_gripper_sim.cli.replay import travel_tolerance_option
 
 
 @click.command()
-@click.argument("experiment", type=click.Path(path_type=Path))
+@click.argument("experiment", type=FILE)
 @click.option(
     "--free",
     required=True,
@@ -28,14 +29,14 @@ from hma_gripper_sim.cli.replay import travel_tolerance_option
     help="Where to look for it, such as E=5MPa..12MPa; may be repeated.",
 )
 @travel_tolerance_option
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@click.option("--json", "json_file", type=FILE, help="Write the result here.")
 @click.pass_context
 def calibrate(
     ctx: click.Context,
     experiment: Path,
     free: str,
     bounds: tuple[str, ...],
-    travel_tolerance: str,
+    travel_tolerance: float,
     json_file: Path | None,
 ) -> None:
     """Find the parameters with which the simulation follows an experiment best.
@@ -67,11 +68,7 @@ def calibrate(
     from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
     from hma_gripper_sim.cli.compare import write_text
     from hma_gripper_sim.experiments.experiment_file import read_experiment
-    from hma_gripper_sim.units import typed_quantity
 
-    tolerance = typed_quantity(
-        travel_tolerance, "m", field="--travel-tolerance", minimum=0.0, exclusive=True
-    )
     read = read_experiment(experiment)
     scene = read.scene()
     wanted = free_parameters(free, scene, bounds)
@@ -81,7 +78,7 @@ def calibrate(
         *columns, console=errors, transient=True, disable=not errors.is_terminal
     ) as progress:
         task = progress.add_task("reading", total=None)
-        measured = trial(read, str(experiment), tolerance)
+        measured = trial(read, str(experiment), travel_tolerance)
         result = calibrate(
             scene,
             measured,

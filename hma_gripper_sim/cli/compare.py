@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hma_gripper_sim.cli.option_types import FILE, Quantity
+
 if TYPE_CHECKING:
     from hma_gripper_sim.comparison.log_comparison import LogComparison
 
@@ -21,24 +23,22 @@ max_error_option = click.option(
     "as 2%, or has a unit. SIGNAL: travel, actuator_force (force), phi (the mean of both sides), "
     "phi_left, phi_right, bending_moment.",
 )
-json_option = click.option(
-    "--json", "json_file", type=click.Path(path_type=Path), help="Write the comparison here."
-)
+json_option = click.option("--json", "json_file", type=FILE, help="Write the comparison here.")
 html_option = click.option(
     "--html",
     "html_file",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Write the comparison here as one self-contained page with plots.",
 )
 
 
 @click.command()
-@click.argument("simulated", metavar="SIM", type=click.Path(path_type=Path))
-@click.argument("experiment", type=click.Path(path_type=Path))
+@click.argument("simulated", metavar="SIM", type=FILE)
+@click.argument("experiment", type=FILE)
 @click.option(
     "--signals",
     "signal_map",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="MAP",
     help="Signal map of EXPERIMENT, if that is a log (YAML). Default: as the node publishes.",
 )
@@ -53,6 +53,7 @@ html_option = click.option(
 @click.option(
     "--at",
     "instants",
+    type=Quantity("s"),
     multiple=True,
     metavar="TIME",
     help="Also report the signals at this time of the experiment's log; may be repeated.",
@@ -67,7 +68,7 @@ def compare(
     experiment: Path,
     signal_map: Path | None,
     align: str,
-    instants: tuple[str, ...],
+    instants: tuple[float, ...],
     max_errors: tuple[str, ...],
     json_file: Path | None,
     html_file: Path | None,
@@ -94,14 +95,13 @@ def compare(
     """
     from hma_gripper_sim.comparison.bounds import read_bound
     from hma_gripper_sim.comparison.log_comparison import compare_files
-    from hma_gripper_sim.units import typed_quantity
 
     result = compare_files(
         simulated,
         experiment,
         signal_map=signal_map,
         method=align,
-        instants=[typed_quantity(text, "s", field="--at") for text in instants],
+        instants=instants,
         bounds=[read_bound(text) for text in max_errors],
     )
     show(result)

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import click
 
+from hma_gripper_sim.cli.option_types import FILE, Quantity
+
 
 @click.command()
-@click.argument("out", type=click.Path(path_type=Path), required=False)
+@click.argument("out", type=FILE, required=False)
 @click.option(
     "--node",
     default="/hma_gripper_sim",
@@ -17,15 +19,21 @@ import click
     metavar="NAME",
     help="Full name of the simulation node, with its namespace.",
 )
-@click.option("--duration", metavar="TIME", help="How long, by the stamps. Default: until Ctrl-C.")
+@click.option(
+    "--duration",
+    type=Quantity("s", minimum=0.0),
+    metavar="TIME",
+    help="How long, by the stamps. Default: until Ctrl-C.",
+)
 @click.option(
     "--timeout",
+    type=Quantity("s", minimum=0.0),
     default="10 s",
     show_default=True,
     metavar="TIME",
     help="How long to wait for the node.",
 )
-def record(out: Path | None, node: str, duration: str | None, timeout: str) -> None:
+def record(out: Path | None, node: str, duration: float | None, timeout: float) -> None:
     """Record what a running node takes and publishes, until Ctrl-C.
 
     OUT is the rosbag2 directory to create, with an mcap file; by default it is named after the
@@ -52,8 +60,6 @@ def record(out: Path | None, node: str, duration: str | None, timeout: str) -> N
         raise InputError(
             f"must be a full name such as /hma_gripper_sim, got {node!r}", field="--node"
         )
-    seconds = None if duration is None else _seconds(duration, "--duration")
-    patience = _seconds(timeout, "--timeout")
     path = out or Path(datetime.now().strftime("hma_gripper_%Y-%m-%d_%H-%M-%S"))
     if path.exists():
         raise InputError("exists already", source=str(path))
@@ -66,8 +72,8 @@ def record(out: Path | None, node: str, duration: str | None, timeout: str) -> N
         summary = session.record(
             path,
             node,
-            seconds,
-            patience,
+            duration,
+            timeout,
             lambda s: status.update(
                 f"recording to {path}: {s.duration:.1f} s, {s.ticks} ticks; Ctrl-C ends it"
             ),
@@ -78,14 +84,3 @@ def record(out: Path | None, node: str, duration: str | None, timeout: str) -> N
         soft_wrap=True,
         highlight=False,
     )
-
-
-def _seconds(text: str, option: str) -> float:
-    """Read a time; a bare number is in seconds."""
-    from hma_gripper_sim.units import quantity
-
-    try:
-        value: str | float = float(text)
-    except ValueError:
-        value = text
-    return quantity(value, "s", field=option, minimum=0.0)

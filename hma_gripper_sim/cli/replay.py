@@ -7,9 +7,11 @@ from pathlib import Path
 import click
 
 from hma_gripper_sim.cli.compare import html_option, json_option, max_error_option
+from hma_gripper_sim.cli.option_types import FILE, Quantity
 
 travel_tolerance_option = click.option(
     "--travel-tolerance",
+    type=Quantity("m", minimum=0.0, exclusive=True),
     default="1 um",
     show_default=True,
     metavar="LENGTH",
@@ -19,10 +21,10 @@ travel_tolerance_option = click.option(
 
 
 @click.command()
-@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("log", type=FILE)
 @click.option(
     "--output",
-    type=click.Path(path_type=Path),
+    type=FILE,
     required=True,
     metavar="DIR",
     help="The log to write: a rosbag2 directory with an mcap file. It must not exist yet.",
@@ -37,7 +39,7 @@ travel_tolerance_option = click.option(
 @click.option(
     "--signals",
     "signal_map",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="MAP",
     help="Signal map of LOG (YAML). Default: as the node publishes.",
 )
@@ -60,6 +62,7 @@ travel_tolerance_option = click.option(
 )
 @click.option(
     "--rate",
+    type=Quantity("Hz", minimum=0.0, exclusive=True),
     metavar="HZ",
     help="Samples per second in the log. Default: every tick, or every nth for at most 100 Hz.",
 )
@@ -78,8 +81,8 @@ def replay(
     design: str | None,
     friction: str | None,
     assignments: tuple[str, ...],
-    rate: str | None,
-    travel_tolerance: str,
+    rate: float | None,
+    travel_tolerance: float,
     max_errors: tuple[str, ...],
     json_file: Path | None,
     html_file: Path | None,

@@ -6,19 +6,20 @@ from pathlib import Path
 
 import click
 
+from hma_gripper_sim.cli.option_types import FILE
 from hma_gripper_sim.errors import InputError
 
 
 @click.command()
 @click.option(
     "--params-file",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="Parameter file (YAML) that the node is started with: design, elements, limits.",
 )
 @click.option(
     "--design",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="Gripper (YAML). Default: the one of the thesis.",
 )
@@ -36,7 +37,7 @@ from hma_gripper_sim.errors import InputError
 )
 @click.option(
     "--arm",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="Arm (URDF) with that link: print one description of both.",
 )
@@ -50,7 +51,7 @@ from hma_gripper_sim.errors import InputError
 )
 @click.option(
     "--output",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="File to write. Default: print.",
 )
@@ -85,7 +86,7 @@ def urdf(
     from hma_gripper_sim.device.parameter_file import read_parameter_file
     from hma_gripper_sim.device.settings import Settings
     from hma_gripper_sim.results.robot_description import gripper_urdf
-    from hma_gripper_sim.units import read_text
+    from hma_gripper_sim.yaml_reading import read_text
 
     given = read_parameter_file(params_file) if params_file else {}
     told = {

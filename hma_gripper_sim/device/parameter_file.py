@@ -8,7 +8,7 @@ from typing import Any
 
 from hma_gripper_sim.device.topics import NODE
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import read_yaml
 
 _SECTION = "ros__parameters"
 

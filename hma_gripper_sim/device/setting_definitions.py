@@ -7,9 +7,14 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.motion.drive_limits import SLOWEST
+from hma_gripper_sim.model.contours.shapes import shapes
+from hma_gripper_sim.model.numbers import declared_numbers
+from hma_gripper_sim.model.scene import CONTACTS, SAMPLED_NORMALS
+from hma_gripper_sim.model.scene import SceneDescription as Scene
+from hma_gripper_sim.motion.drive_limits import SLOWEST, DriveLimits
 from hma_gripper_sim.units import choice, quantity, whole_number
 
 Value = bool | float | int | str | list[float]
@@ -76,6 +81,28 @@ class Field:
         )
 
 
+def _declared(
+    owner: Any,
+    name: str,
+    default: Value | None = None,
+    *,
+    minimum: float | None = None,
+    maximum: float,
+    read_only: bool = False,
+) -> Field:
+    """Return the setting of a declared number, whose range may be narrower on a node."""
+    number = declared_numbers(owner)[name]
+    return Field(
+        default=getattr(owner, name) if default is None else default,
+        description=number.meaning,
+        unit=number.unit,
+        minimum=number.minimum if minimum is None else minimum,
+        maximum=maximum,
+        exclusive=number.exclusive,
+        read_only=read_only,
+    )
+
+
 _TIME = {
     "publish_rate": Field(
         default=100.0,
@@ -114,43 +141,16 @@ _TIME = {
 }
 
 _DRIVE = {
-    "max_velocity": Field(
-        default=0.05,
-        unit="m/s",
-        minimum=SLOWEST,
-        maximum=1.0,
-        description="Largest prismatic speed [m/s]; commands beyond it are clamped.",
-    ),
-    "max_acceleration": Field(
-        default=0.5,
-        unit="m/s^2",
-        minimum=SLOWEST,
-        maximum=1000.0,
-        description="Largest prismatic acceleration [m/s^2], for every ramp and for braking "
-        "at the travel limits.",
-    ),
-    "travel_min": Field(
-        default=0.0,
-        unit="m",
-        minimum=-0.5,
-        maximum=0.0,
-        description="Lower travel limit, away from the object [m]; the start pose is 0.",
-    ),
-    "travel_max": Field(
-        default=0.03,
-        unit="m",
-        minimum=0.0,
-        maximum=0.5,
-        description="Upper travel limit, towards the object [m].",
-    ),
-    "command_timeout": Field(
-        default=0.5,
-        unit="s",
-        minimum=0.0,
-        maximum=3600.0,
-        description="Simulated time after which a velocity command that is not renewed "
-        "expires, and the drive ramps to rest [s]; 0: never.",
-    ),
+    **{
+        name: _declared(DriveLimits, name, default, minimum=minimum, maximum=maximum)
+        for name, default, minimum, maximum in (
+            ("max_velocity", 0.05, SLOWEST, 1.0),
+            ("max_acceleration", 0.5, SLOWEST, 1000.0),
+            ("travel_min", 0.0, -0.5, 0.0),
+            ("travel_max", 0.03, 0.0, 0.5),
+            ("command_timeout", 0.5, 0.0, 3600.0),
+        )
+    },
     "allow_nonzero_velocity_at_trajectory_end": Field(
         default=False,
         description="Take trajectories whose last point is not at rest, as streams of them have. "
@@ -224,52 +224,24 @@ _GRIPPER = {
 }
 
 _CONTACT = {
-    "friction": Field(
-        default=0.6,
-        minimum=0.0,
-        maximum=10.0,
-        description="Coulomb friction coefficient between tip and object.",
-    ),
+    "friction": _declared(Scene, "friction", maximum=10.0),
     "contact": Field(
         default="continuous",
-        options=("continuous", "sampled"),
+        options=CONTACTS,
         read_only=True,
         description="How a tip touches: with its true outline ('continuous') or with the "
         "contact points of the thesis ('sampled').",
     ),
     "sampled_normal": Field(
         default="auto",
-        options=("auto", "tip", "object"),
+        options=("auto", *SAMPLED_NORMALS),
         read_only=True,
         description="Direction of the contact force in the sampled model: along the normal of "
         "the 'tip' or of the 'object'; 'auto': as the thesis had it, by object.",
     ),
-    "normal_stiffness": Field(
-        default=1e4,
-        unit="N/m",
-        minimum=0.0,
-        exclusive=True,
-        maximum=1e9,
-        read_only=True,
-        description="Stiffness of the contact along its normal [N/m].",
-    ),
-    "normal_damping": Field(
-        default=1.0,
-        unit="N*s/m",
-        minimum=0.0,
-        maximum=1e6,
-        read_only=True,
-        description="Damping of the contact along its normal [N s/m].",
-    ),
-    "slip_velocity": Field(
-        default=0.0,
-        unit="m/s",
-        minimum=0.0,
-        maximum=1.0,
-        read_only=True,
-        description="Sliding speed at which friction is fully developed [m/s]; 0: true "
-        "sticking, a held object does not creep.",
-    ),
+    "normal_stiffness": _declared(Scene, "normal_stiffness", maximum=1e9, read_only=True),
+    "normal_damping": _declared(Scene, "normal_damping", maximum=1e6, read_only=True),
+    "slip_velocity": _declared(Scene, "slip_velocity", maximum=1.0, read_only=True),
 }
 
 GROUPS: Mapping[str, Mapping[str, Field]] = MappingProxyType(
@@ -289,32 +261,34 @@ FIELDS: Mapping[str, Field] = MappingProxyType(
 """The same without the groups."""
 
 
-def _length(description: str, default: float = 0.0) -> Field:
-    return Field(default=default, unit="m", minimum=0.0, maximum=1.0, description=description)
+_SIZE = 1.0
+"""The node's objects are no larger, and stand no further away [m]."""
 
 
-def _coordinate(description: str, default: float | list[float] = 0.0) -> Field:
-    return Field(default=default, unit="m", minimum=-1.0, maximum=1.0, description=description)
+def _shape_fields() -> dict[str, Field]:
+    """Fields of all shapes; what two of them call the same has the ranges of both."""
+    fields: dict[str, Field] = {}
+    for shape in shapes().values():
+        for name, number in declared_numbers(shape).items():
+            default: Value = [0.0] if number.many else 0.0
+            lowest = max(number.minimum, -_SIZE)
+            if name in fields:
+                lowest = min(lowest, fields[name].minimum)
+            fields[name] = _declared(shape, name, default, minimum=lowest, maximum=_SIZE)
+    return fields
 
 
 CONTOUR_FIELDS: Mapping[str, Field] = MappingProxyType(
     {
         "type": Field(
             default="",
-            options=("box", "circle", "polygon"),
+            options=tuple(shapes()),
             read_only=True,
             description="Shape of the object.",
         ),
-        "width": _length("Width of a box [m]."),
-        "height": _length("Height of a box [m]."),
-        "corner_radius": _length("Corner radius of a box [m]."),
-        "radius": _length("Radius of a circle [m]."),
-        "points": _coordinate("Corners of a convex polygon: x1, z1, x2, z2, ... [m].", [0.0]),
-        "rounding": _length("Radius of the corners of a polygon [m]."),
-        "clearance": _length(
-            "Travel from the start pose to the first touch of the stress-free gripper [m].", 0.005
-        ),
-        "offset": _coordinate("Distance of the object from the gripper's axis, to the right [m]."),
+        **_shape_fields(),
+        "clearance": _declared(Scene, "clearance", maximum=_SIZE),
+        "offset": _declared(Scene, "offset", minimum=-_SIZE, maximum=_SIZE),
     }
 )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Contour
+from hma_gripper_sim.model.contours.base import Contour
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.recording import Recording

@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import (
     Criterion,
@@ -31,7 +30,8 @@ from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.model.scene import CONTACTS
 from hma_gripper_sim.recordings.run_figures import FIGURES, Figure
 from hma_gripper_sim.recordings.signal_map import SIGNAL_UNITS, SignalMap
-from hma_gripper_sim.units import choice, quantity, read_yaml, refuse_unknown
+from hma_gripper_sim.units import choice, quantity
+from hma_gripper_sim.yaml_reading import config_directory, read_yaml, refuse_unknown
 
 _MEASURABLE = ("phi_left", "phi_right", "actuator_force")
 _ROUND_OFF = 1e-9

@@ -9,9 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from hma_gripper_sim.experiments.experiment import Experiment
-from hma_gripper_sim.model.contours.shapes import Circle, Contour, Polygon, RoundedBox
-
-_KINDS: dict[type[Contour], str] = {Circle: "circle", RoundedBox: "box", Polygon: "polygon"}
+from hma_gripper_sim.model.contours.base import Contour
 
 
 def node_parameters(experiments: Sequence[Experiment]) -> dict[str, Any]:
@@ -48,4 +46,4 @@ def _contour_parameters(contour: Contour) -> dict[str, object]:
     arguments = [field.name for field in dataclasses.fields(cast(Any, contour)) if field.init]
     shape = {name: np.asarray(getattr(contour, name)) for name in arguments}
     flat = {name: value.ravel() if value.ndim else value for name, value in shape.items()}
-    return {"type": _KINDS[type(contour)], **{name: v.tolist() for name, v in flat.items()}}
+    return {"type": contour.kind, **{name: v.tolist() for name, v in flat.items()}}

@@ -59,7 +59,7 @@ class Scene(SceneDescription):
             elements_beam=elements_beam,
             accuracy=None,
         )
-        scene._set("object_position", self.object_position)
+        scene.__dict__["object_position"] = self.object_position
         return scene
 
     @cached_property

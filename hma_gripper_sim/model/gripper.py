@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ import yaml
 from numpy.typing import NDArray
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.units import quantity, read_yaml, refuse_unknown, whole_number
+from hma_gripper_sim.model.numbers import check_numbers, number, positive, read_numbers
+from hma_gripper_sim.units import quantity
+from hma_gripper_sim.yaml_reading import read_yaml
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
@@ -33,12 +35,12 @@ class Material:
         End of the linear stress-strain range [Pa] (thesis 5.2, after Brodbeck et al.).
     """
 
-    density: float
-    youngs_modulus: float
-    stress_limit: float
+    density: float = field(metadata=positive("kg/m^3"))
+    youngs_modulus: float = field(metadata=positive("Pa"))
+    stress_limit: float = field(metadata=positive("Pa"))
 
     def __post_init__(self) -> None:
-        _check_positive(self, density="kg/m^3", youngs_modulus="Pa", stress_limit="Pa")
+        check_numbers(self)
 
 
 @dataclass(frozen=True)
@@ -66,17 +68,17 @@ class Tip:
         Direction of the outward normal at each of them, from x [rad].
     """
 
-    area: float
-    centre_of_gravity: Point
-    inertia: float
-    capsule_start: Point
-    capsule_end: Point
-    radius: float
-    points: tuple[Point, ...]
-    normal_angles: tuple[float, ...]
+    area: float = field(metadata=positive("m^2"))
+    centre_of_gravity: Point = field(metadata=number("m", many=True))
+    inertia: float = field(metadata=positive("kg*m^2"))
+    capsule_start: Point = field(metadata=number("m", many=True))
+    capsule_end: Point = field(metadata=number("m", many=True))
+    radius: float = field(metadata=positive("m"))
+    points: tuple[Point, ...] = field(metadata=number("m", many=True))
+    normal_angles: tuple[float, ...] = field(metadata=number("rad", many=True))
 
     def __post_init__(self) -> None:
-        _check_positive(self, area="m^2", inertia="kg*m^2", radius="m")
+        check_numbers(self)
         for name in ("centre_of_gravity", "capsule_start", "capsule_end"):
             object.__setattr__(self, name, _point(getattr(self, name), field=name))
         if not isinstance(self.points, Sequence) or not self.points:
@@ -128,14 +130,14 @@ class GripperDesign:
 
     material: Material
     tip: Tip
-    width: float
-    height: float
-    top_length: float
-    top_elements: int
-    beam_length: float
-    beam_elements: int
-    beam_angle: float
-    joint_damping: float
+    width: float = field(metadata=positive("m"))
+    height: float = field(metadata=positive("m"))
+    top_length: float = field(metadata=positive("m"))
+    top_elements: int = field(metadata=number("", minimum=1, whole=True))
+    beam_length: float = field(metadata=positive("m"))
+    beam_elements: int = field(metadata=number("", minimum=1, whole=True))
+    beam_angle: float = field(metadata=number("rad", minimum=-0.5 * math.pi, maximum=0.5 * math.pi))
+    joint_damping: float = field(metadata=number("N*m*s/rad", minimum=0.0))
 
     def __post_init__(self) -> None:
         for name, kind in (("material", Material), ("tip", Tip)):
@@ -145,27 +147,7 @@ class GripperDesign:
                     field=name,
                     source="GripperDesign",
                 )
-        _check_positive(self, width="m", height="m", top_length="m", beam_length="m")
-        for name in ("top_elements", "beam_elements"):
-            count = whole_number(getattr(self, name), field=name, source="GripperDesign")
-            object.__setattr__(self, name, count)
-        angle = quantity(
-            self.beam_angle,
-            "rad",
-            field="beam_angle",
-            source="GripperDesign",
-            minimum=-math.pi / 2,
-            maximum=math.pi / 2,
-        )
-        object.__setattr__(self, "beam_angle", angle)
-        damping = quantity(
-            self.joint_damping,
-            "N*m*s/rad",
-            field="joint_damping",
-            source="GripperDesign",
-            minimum=0.0,
-        )
-        object.__setattr__(self, "joint_damping", damping)
+        check_numbers(self)
         if self.corner[0] <= 0.0:
             raise InputError(
                 "too short: the side beam would start beyond the middle",
@@ -227,9 +209,9 @@ class GripperDesign:
             A field is missing, unknown, of a wrong unit, not finite, or inconsistent.
         """
         try:
-            values = _read(cls, mapping, _DESIGN_UNITS)
-            values["material"] = _section(mapping, "material", Material, _MATERIAL_UNITS)
-            values["tip"] = _section(mapping, "tip", Tip, _TIP_UNITS)
+            values = read_numbers(cls, mapping)
+            values["material"] = _section(mapping, "material", Material)
+            values["tip"] = _section(mapping, "tip", Tip)
             return cls(**values)
         except InputError as error:
             raise error.within(source=source) from None
@@ -304,42 +286,6 @@ class GripperDesign:
         return abs(moment) * 0.5 * self.width / self.second_moment_of_area
 
 
-_MATERIAL_UNITS = {"density": "kg/m^3", "youngs_modulus": "Pa", "stress_limit": "Pa"}
-_TIP_UNITS = {
-    "area": "m^2",
-    "centre_of_gravity": "m",
-    "inertia": "kg*m^2",
-    "capsule_start": "m",
-    "capsule_end": "m",
-    "radius": "m",
-    "points": "m",
-    "normal_angles": "rad",
-}
-_DESIGN_UNITS = {
-    "width": "m",
-    "height": "m",
-    "top_length": "m",
-    "top_elements": None,
-    "beam_length": "m",
-    "beam_elements": None,
-    "beam_angle": "rad",
-    "joint_damping": "N*m*s/rad",
-}
-
-
-def _check_positive(owner: object, **units: str) -> None:
-    for name, unit in units.items():
-        value = quantity(
-            getattr(owner, name),
-            unit,
-            field=name,
-            source=type(owner).__name__,
-            minimum=0.0,
-            exclusive=True,
-        )
-        object.__setattr__(owner, name, value)
-
-
 def _point(value: object, *, field: str) -> Point:
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
         raise InputError(f"expected a point (x, y), got {value!r}", field=field, source="Tip")
@@ -347,31 +293,14 @@ def _point(value: object, *, field: str) -> Point:
     return (x, y)
 
 
-def _section(mapping: Mapping[str, Any], name: str, kind: Any, units: Mapping[str, Any]) -> Any:
+def _section(mapping: Mapping[str, Any], name: str, kind: Any) -> Any:
     section = mapping[name]
     if not isinstance(section, Mapping):
         raise InputError("expected a mapping of fields", field=name)
     try:
-        return kind(**_read(kind, section, units))
+        return kind(**read_numbers(kind, section))
     except InputError as error:
         raise InputError(error.reason, field=error.field).within(field_prefix=name) from None
-
-
-def _read(kind: Any, mapping: Mapping[str, Any], units: Mapping[str, Any]) -> dict[str, Any]:
-    names = tuple(field.name for field in fields(kind))
-    refuse_unknown(mapping, names)
-    for name in names:
-        if name not in mapping:
-            raise InputError("is missing", field=name)
-    return {name: _convert(mapping[name], unit, name) for name, unit in units.items()}
-
-
-def _convert(value: Any, unit: str | None, field: str) -> Any:
-    if unit is None:
-        return value
-    if isinstance(value, list):
-        return tuple(_convert(item, unit, f"{field}[{i}]") for i, item in enumerate(value))
-    return quantity(value, unit, field=field)
 
 
 def _plain(record: Any) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.contours.shapes import Contour
+from hma_gripper_sim.model.contours.base import Contour
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.units import choice, quantity, whole_number
+from hma_gripper_sim.model.numbers import check_numbers, number, positive
+from hma_gripper_sim.units import choice
 
 CONTACTS = ("continuous", "sampled")
 SAMPLED_NORMALS = ("tip", "object")
@@ -68,64 +69,65 @@ class SceneDescription:
 
     design: GripperDesign
     contour: Contour
-    friction: float = 0.6
-    clearance: float = 0.005
+    friction: float = field(
+        default=0.6,
+        metadata=number("", "Coulomb friction coefficient between tip and object.", minimum=0.0),
+    )
+    clearance: float = field(
+        default=0.005,
+        metadata=number(
+            "m",
+            "Travel from the start pose to the first touch of the stress-free gripper [m].",
+            minimum=0.0,
+        ),
+    )
     contact: str = "continuous"
     discretisation: str | None = None
-    elements_top: int | None = None
-    elements_beam: int | None = None
+    elements_top: int | None = field(
+        default=None, metadata=number("", minimum=1, whole=True, optional=True)
+    )
+    elements_beam: int | None = field(
+        default=None, metadata=number("", minimum=1, whole=True, optional=True)
+    )
     sampled_normal: str | None = None
-    offset: float = 0.0
+    offset: float = field(
+        default=0.0,
+        metadata=number("m", "Distance of the object from the gripper's axis, to the right [m]."),
+    )
     symmetry: bool | None = None
-    normal_stiffness: float = 1e4
-    normal_damping: float = 1.0
-    slip_velocity: float = 0.0
-    gravity: float = 9.81
-    accuracy: float | None = None
+    normal_stiffness: float = field(
+        default=1e4, metadata=positive("N/m", "Stiffness of the contact along its normal [N/m].")
+    )
+    normal_damping: float = field(
+        default=1.0,
+        metadata=number("N*s/m", "Damping of the contact along its normal [N s/m].", minimum=0.0),
+    )
+    slip_velocity: float = field(
+        default=0.0,
+        metadata=number(
+            "m/s",
+            "Sliding speed at which friction is fully developed [m/s]; 0: true sticking, a held "
+            "object does not creep.",
+            minimum=0.0,
+        ),
+    )
+    gravity: float = field(default=9.81, metadata=number("m/s^2", minimum=0.0))
+    accuracy: float | None = field(
+        default=None, metadata=number("", minimum=1e-6, maximum=0.1, optional=True)
+    )
 
     def __post_init__(self) -> None:
         if not isinstance(self.design, GripperDesign):
             raise _refuse("design", f"expected a GripperDesign, got {self.design!r}")
         if not isinstance(self.contour, Contour):
             raise _refuse("contour", f"expected a contour, got {self.contour!r}")
-        for name, unit in (
-            ("friction", ""),
-            ("clearance", "m"),
-            ("normal_damping", "N*s/m"),
-            ("slip_velocity", "m/s"),
-            ("gravity", "m/s^2"),
-        ):
-            self._set(
-                name, quantity(getattr(self, name), unit, field=name, source="Scene", minimum=0.0)
-            )
-        self._set("offset", quantity(self.offset, "m", field="offset", source="Scene"))
-        stiffness = quantity(
-            self.normal_stiffness,
-            "N/m",
-            field="normal_stiffness",
-            source="Scene",
-            minimum=0.0,
-            exclusive=True,
-        )
-        self._set("normal_stiffness", stiffness)
+        check_numbers(self)
         choice(self.contact, CONTACTS, field="contact", source="Scene")
         if self.sampled_normal is None:
-            self._set("sampled_normal", self.contour.sampled_normal)
+            object.__setattr__(self, "sampled_normal", self.contour.sampled_normal)
         choice(self.sampled_normal, SAMPLED_NORMALS, field="sampled_normal", source="Scene")
         if self.symmetry is not None and self.symmetry is not False:
             raise _refuse("symmetry", f"must be None or False, got {self.symmetry!r}")
-        if self.accuracy is not None:
-            value = quantity(
-                self.accuracy, "", field="accuracy", source="Scene", minimum=1e-6, maximum=0.1
-            )
-            self._set("accuracy", value)
-        for name in ("elements_top", "elements_beam"):
-            if getattr(self, name) is not None:
-                count = whole_number(getattr(self, name), field=name, source="Scene")
-                self._set(name, count)
-
-    def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)
 
     @cached_property
     def is_symmetric(self) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.units import quantity
+from hma_gripper_sim.model.numbers import check_numbers, number
 
 SLOWEST = 1e-6
 """Least maximum of velocity and acceleration [m/s, m/s²]: below it a ramp never ends."""
@@ -28,18 +28,42 @@ class DriveLimits:
         Simulated time after which a velocity that is not renewed expires [s]; 0: never.
     """
 
-    max_velocity: float
-    max_acceleration: float
-    travel_min: float
-    travel_max: float
-    command_timeout: float
+    max_velocity: float = field(
+        metadata=number(
+            "m/s",
+            "Largest prismatic speed [m/s]; commands beyond it are clamped.",
+            minimum=SLOWEST,
+        )
+    )
+    max_acceleration: float = field(
+        metadata=number(
+            "m/s^2",
+            "Largest prismatic acceleration [m/s^2], for every ramp and for braking at the travel "
+            "limits.",
+            minimum=SLOWEST,
+        )
+    )
+    travel_min: float = field(
+        metadata=number(
+            "m",
+            "Lower travel limit, away from the object [m]; the start pose is 0.",
+            maximum=0.0,
+        )
+    )
+    travel_max: float = field(
+        metadata=number("m", "Upper travel limit, towards the object [m].", minimum=0.0)
+    )
+    command_timeout: float = field(
+        metadata=number(
+            "s",
+            "Simulated time after which a velocity command that is not renewed expires, and the "
+            "drive ramps to rest [s]; 0: never.",
+            minimum=0.0,
+        )
+    )
 
     def __post_init__(self) -> None:
-        for field, unit in (("max_velocity", "m/s"), ("max_acceleration", "m/s^2")):
-            quantity(getattr(self, field), unit, field=field, minimum=SLOWEST)
-        quantity(self.travel_min, "m", field="travel_min", maximum=0.0)
-        quantity(self.travel_max, "m", field="travel_max", minimum=0.0)
-        quantity(self.command_timeout, "s", field="command_timeout", minimum=0.0)
+        check_numbers(self)
         if not self.travel_min < self.travel_max:
             raise InputError("must be greater than travel_min", field="travel_max")
 

@@ -27,10 +27,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.recordings.signal_sources import Field, Frame, LargestMagnitude, Source
-from hma_gripper_sim.units import choice, quantity, read_yaml, refuse_unknown
+from hma_gripper_sim.units import choice, quantity
+from hma_gripper_sim.yaml_reading import config_directory, read_yaml, refuse_unknown
 
 SIGNAL_UNITS: Mapping[str, str] = {
     "travel": "m",

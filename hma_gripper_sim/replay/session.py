@@ -36,7 +36,6 @@ from hma_gripper_sim.replay.simulated_settings import (
     logged_parameters,
 )
 from hma_gripper_sim.results.validity import remarks
-from hma_gripper_sim.units import typed_quantity
 
 FULL_RATE = 100.0
 """Samples per second [Hz] up to which every tick is logged."""
@@ -63,9 +62,9 @@ class Request:
     options
         Parameters, by the node's names; they override those of the source.
     rate
-        Of the samples in the output; None: that of the ticks, at most `FULL_RATE`.
+        Of the samples in the output [Hz]; None: that of the ticks, at most `FULL_RATE`.
     travel_tolerance
-        How far the simulated travel may be from the measured one.
+        How far the simulated travel may be from the measured one [m].
     bounds
         To judge the comparison by.
     """
@@ -75,8 +74,8 @@ class Request:
     basis: str | None
     signal_map: Path | None
     options: Mapping[str, object]
-    rate: str | None
-    travel_tolerance: str
+    rate: float | None
+    travel_tolerance: float
     bounds: Sequence[Bound]
 
 
@@ -197,18 +196,14 @@ def _course(
         basis = "commands" if "velocity_command" in recording.signals else "travel"
     if basis == "commands":
         return commanded(recording, parameters.limits, parameters.period_ns * 1e-9)
-    tolerance = typed_quantity(
-        request.travel_tolerance, "m", field="--travel-tolerance", minimum=0.0, exclusive=True
-    )
-    return measured(recording, tolerance)
+    return measured(recording, request.travel_tolerance)
 
 
 def _sample_period(request: Request, parameters: Parameters) -> int:
     """Time between two samples in the output [ns]: a whole number of ticks."""
     ticks = math.ceil(1e9 / (FULL_RATE * parameters.period_ns) - 1e-6)
     if request.rate is not None:
-        rate = typed_quantity(request.rate, "Hz", field="--rate", minimum=0.0, exclusive=True)
-        ticks = max(1, round(1e9 / (rate * parameters.period_ns)))
+        ticks = max(1, round(1e9 / (request.rate * parameters.period_ns)))
     return ticks * parameters.period_ns
 
 

@@ -15,14 +15,13 @@ from typing import Any
 import yaml
 
 from hma_gripper_sim.bags.log_metadata import bag_information
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.device.parameter_file import read_parameter_file
 from hma_gripper_sim.device.setting_definitions import PLACEMENT_FIELDS
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import config_directory, read_yaml
 
 PARAMETERS_KEY = "hma_gripper_sim.parameters"
 """Under which a log's metadata hold what it was simulated with, in JSON."""

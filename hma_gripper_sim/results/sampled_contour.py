@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.model.contours.shapes import Contour, face_normals
+from hma_gripper_sim.model.contours.base import Contour, face_normals
 from hma_gripper_sim.model.gripper import Tip
 
 Array = NDArray[np.float64]

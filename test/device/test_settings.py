@@ -9,7 +9,7 @@ import pytest
 from hma_gripper_sim import Circle, InputError, Polygon, RoundedBox, config_directory
 from hma_gripper_sim.device.setting_definitions import CONTOUR_FIELDS, FIELDS
 from hma_gripper_sim.device.settings import DEFAULT_CONTOURS, Settings
-from hma_gripper_sim.units import read_yaml
+from hma_gripper_sim.yaml_reading import read_yaml
 
 MUG = {"contours.mug.type": "circle", "contours.mug.radius": 0.02, "contour": "mug"}
 

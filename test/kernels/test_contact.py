@@ -26,7 +26,7 @@ from hma_gripper_sim.kernels.contact import (
     solve_contact,
 )
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
-from hma_gripper_sim.model.contours.shapes import face_normals
+from hma_gripper_sim.model.contours.base import face_normals
 
 DESIGN = GripperDesign.thesis_2013()
 

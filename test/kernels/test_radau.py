@@ -37,7 +37,9 @@ from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.mechanics.outcome import Outcome
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
-from hma_gripper_sim.model.contours.shapes import Circle, Contour, RoundedBox
+from hma_gripper_sim.model.contours.base import Contour
+from hma_gripper_sim.model.contours.circle import Circle
+from hma_gripper_sim.model.contours.rounded_box import RoundedBox
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.motion.prescribed_motion import follow
 from hma_gripper_sim.simulation.simulation import Half, Simulation

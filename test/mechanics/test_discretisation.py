@@ -16,7 +16,7 @@ from hma_gripper_sim.mechanics.discretisation import (
     partition,
     tangent_weights,
 )
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.simulation.trace import beam_chord, beam_tangent
 
 SPLITS = [("thesis", 5, 25), ("midpoint", 5, 25), ("midpoint", 1, 1), ("midpoint", 1, 3)]

@@ -29,7 +29,7 @@ from hma_gripper_sim.benchmark.scenes import SAMPLE_PERIOD, Task
 from hma_gripper_sim.benchmark.series import Series, from_joints
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.contours.shapes import Circle
+from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.simulation.simulation import Simulation
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.model.contours.shapes import Polygon
+from hma_gripper_sim.model.contours.polygon import Polygon
 
 Array = NDArray[np.float64]
 

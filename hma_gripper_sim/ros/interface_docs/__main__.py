@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.ros.interface_docs.endpoints import shipped_interface
 from hma_gripper_sim.ros.interface_docs.page import interface_page
 from hma_gripper_sim.ros.interface_docs.policy import security_policy
+from hma_gripper_sim.yaml_reading import config_directory
 
 
 def write_files(root: Path) -> None:

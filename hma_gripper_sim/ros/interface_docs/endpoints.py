@@ -10,7 +10,6 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from hma_gripper_sim.config_files import config_directory
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.topics import NODE
@@ -19,6 +18,7 @@ from hma_gripper_sim.ros.node import SimNode
 from hma_gripper_sim.ros.node_process import private_ros_domain
 from hma_gripper_sim.ros.parameters import declare_parameters
 from hma_gripper_sim.simulation.simulation import Simulation
+from hma_gripper_sim.yaml_reading import config_directory
 
 _NAMESPACE = "/namespace"
 """Where the node is put for reading: so names show whether they are relative."""

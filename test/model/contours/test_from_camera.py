@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import InputError
+from hma_gripper_sim.model.contours.base import face_normals
 from hma_gripper_sim.model.contours.from_camera import MAX_CORNERS, polygon_from_outline
-from hma_gripper_sim.model.contours.shapes import face_normals
 
 SQUARE = np.array([[-0.01, 0.0], [0.01, 0.0], [0.01, 0.02], [-0.01, 0.02]])
 

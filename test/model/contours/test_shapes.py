@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 from hma_gripper_sim import Circle, Contour, InputError, Polygon, RoundedBox
-from hma_gripper_sim.model.contours.shapes import contour_from_mapping, face_normals
+from hma_gripper_sim.model.contours.base import face_normals
+from hma_gripper_sim.model.contours.shapes import contour_from_mapping
 
 SQUARE = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (0.0, 0.02)]
 
@@ -279,3 +283,80 @@ def test_no_mapping(mapping: object) -> None:
     """Something else where a contour is expected."""
     with pytest.raises(InputError, match=r"scene.yaml: contours.mine: expected a mapping"):
         contour_from_mapping(mapping, source="scene.yaml", field="contours.mine")  # type: ignore[arg-type]
+
+
+DIAMOND = '''
+"""Squares that stand on a corner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hma_gripper_sim.model.contours.base import SMALLEST, Contour
+from hma_gripper_sim.model.numbers import check_numbers, number
+
+
+@dataclass(frozen=True)
+class Diamond(Contour):
+    """A square that stands on a corner."""
+
+    kind: ClassVar[str] = "diamond"
+
+    radius: float = field(metadata=number("m", "Half a diamond's diagonal [m].", minimum=SMALLEST))
+
+    def __post_init__(self) -> None:
+        check_numbers(self)
+
+    @property
+    def core(self) -> NDArray[np.float64]:
+        """Its corners."""
+        return self.radius * np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
+
+    @property
+    def core_radius(self) -> float:
+        """Its corners are sharp."""
+        return 0.0
+'''
+
+USES = """
+import sys
+from hma_gripper_sim import simulate
+from hma_gripper_sim.model import contours
+
+contours.__path__.append(sys.argv[1])
+from hma_gripper_sim.device.settings import Settings
+from hma_gripper_sim.experiments.experiment_file import read_experiment
+from hma_gripper_sim.experiments.node_parameters import node_parameters
+from hma_gripper_sim.replay.simulated_settings import flat
+
+read = read_experiment(sys.argv[1] + "/diamond.yaml")
+scene = Settings.parse(flat(node_parameters([read]))).scenes["mine"]
+assert scene.contour == read.contour, scene.contour
+trace = simulate(scene, 0.004, 2.0)
+assert trace.actuator_force.max() > 0.05
+print(type(scene.contour).__name__)
+"""
+
+
+def test_a_new_shape_is_one_new_file(tmp_path: Path) -> None:
+    """Experiments and the node's parameters know it, and the solver presses on it."""
+    (tmp_path / "diamond.py").write_text(DIAMOND)
+    (tmp_path / "diamond.yaml").write_text("""
+title: a diamond
+source: made up
+scene:
+  contour: {name: mine, type: diamond, radius: 14 mm}
+  clearance: 4 mm
+  friction: 0.6
+  contact: continuous
+motion: [{velocity: 4 mm/s, duration: 7 s}]
+""")
+    done = subprocess.run(
+        [sys.executable, "-c", USES, str(tmp_path)], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "Diamond\n"
