@@ -31,9 +31,13 @@ DEFAULT_CONTOURS: Mapping[str, Value] = MappingProxyType(
         "contours.cylinder.type": "circle",
         "contours.cylinder.radius": 0.015,
         "contours.cylinder.clearance": 0.005,
+        "contours.wedge.type": "polygon",
+        "contours.wedge.points": [-0.016, -0.014, 0.016, -0.014, 0.012, 0.014, -0.012, 0.014],
+        "contours.wedge.rounding": 0.002,
+        "contours.wedge.clearance": 0.004,
     }
 )
-"""The objects of the thesis: the catalogue where no `contours.*` is given."""
+"""The objects of the thesis and a wedge: the catalogue where no `contours.*` is given."""
 
 OUTLINE = "outline"
 """Name of the object whose outline comes by topic; no other may have it."""

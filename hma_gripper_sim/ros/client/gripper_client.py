@@ -129,7 +129,10 @@ class GripperClient:
             In real time [s]; None: the client's patience.
         """
         self._await(lambda: self._listener.complete and self._sender.heard, "state", timeout)
-        self._await(lambda: self._listener.nodes == 1, "state of one node: several are called so")
+        try:
+            self._await(lambda: self._listener.nodes == 1, "single source of its state", timeout)
+        except GripperTimeoutError:
+            raise self._several_nodes() from None
 
     def select(self, contour: str) -> None:
         """Put an object of the node's catalogue in place.
@@ -345,8 +348,11 @@ class GripperClient:
                 f"wait: the clock was set back, or {self._name} has been started anew"
             )
         if self._listener.nodes > 1:
-            raise GripperError(f"several nodes are called {self._name}: end all but one")
+            raise self._several_nodes()
         return state
+
+    def _several_nodes(self) -> GripperError:
+        return GripperError(f"several nodes are called {self._name}: end all but one")
 
     def _parameters(self, *names: str) -> list[float]:
         answer = self._call("get_parameters", GetParameters.Request(names=names))

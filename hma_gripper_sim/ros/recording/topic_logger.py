@@ -77,8 +77,6 @@ class Recorder:
     ----------
     logged
         How many messages of each topic have been written to logs.
-    set_back
-        The node's time has run back: what came since then is left out.
     """
 
     def __init__(
@@ -96,7 +94,7 @@ class Recorder:
             for topic in topics
         }
         self.logged: Counter[Topic] = Counter()
-        self.set_back = False
+        self._set_back: set[Topic] = set()
         self._latest: dict[Topic, bytes] = {}
         self._log: LogWriter | None = None
         self._after = self._until = 0
@@ -120,6 +118,11 @@ class Recorder:
     def hears_node(self) -> bool:
         """Whether everything that the node publishes has arrived at least once."""
         return all(topic in self._latest for topic in (*STAMPED_TOPICS, CONTOUR))
+
+    @property
+    def set_back(self) -> bool:
+        """Whether the node's time has run back; ticks since then are left out."""
+        return bool(self._set_back)
 
     @property
     def stamp(self) -> int:
@@ -192,9 +195,10 @@ class Recorder:
 
     def _accept(self, topic: Topic, data: bytes) -> None:
         if topic in STAMPED_TOPICS and topic in self._latest:
-            self.set_back |= header_stamp(data) < header_stamp(self._latest[topic])
-        if self.set_back:
-            return
+            if header_stamp(data) < header_stamp(self._latest[topic]):
+                self._set_back.add(topic)
+            if topic in self._set_back:
+                return
         self._latest[topic] = data
         if self._log is None:
             return
