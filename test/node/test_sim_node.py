@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import signal
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -316,6 +318,36 @@ def test_a_parameter_file_that_cannot_be_used_ends_it_with_one_line(
     line = process.output("stderr")
     assert line.startswith(f"error: {file}: {reason}"), line
     assert line.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["friction:=0.8"], "it belongs behind --ros-args"),
+        (["-p", "friction:=0.8"], "it belongs behind --ros-args"),
+        (["cylinder"], "sim_node --help lists all"),
+    ],
+)
+def test_a_stray_argument_ends_it_with_one_line(arguments, hint):
+    command = [sys.executable, "-m", "hma_gripper_sim.ros.sim_node", *arguments]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert run.returncode == 2
+    assert run.stderr == f"error: {arguments[0]}: unknown argument ({hint})\n"
+
+
+def test_help_explains_the_node_and_starts_none():
+    command = [sys.executable, "-m", "hma_gripper_sim.ros.sim_node", "--help"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert run.returncode == 0
+    for text in (
+        "--ros-args",
+        "--params-file",
+        "config/sim_node.yaml",
+        "use_sim_time",
+        "Exit code",
+    ):
+        assert text in run.stdout
+    assert run.stderr == ""
 
 
 def test_the_shipped_parameter_file_is_accepted(start_node, connect):
