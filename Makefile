@@ -16,7 +16,7 @@ endif
 # What test/replay/test_golden_logs.py compares with: one log for each scene in that folder.
 GOLDEN := test/data/golden
 
-.PHONY: help demo test lint types unit ros-test docs golden clean
+.PHONY: help demo test lint types unit ros-test bench docs golden clean
 
 help:
 	@echo 'make demo    set up $(VENV) and compare the simulated gripper with the real one: report/'
@@ -25,6 +25,7 @@ help:
 	@echo '  types      mypy'
 	@echo '  unit       the tests but for the running node and whole scenes'
 	@echo '  ros-test   the tests of the node, and of what else imports ROS'
+	@echo 'make bench   measure speed against error, beside other simulators: report/benchmark/'
 	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
 	@echo 'make golden  simulate the scenes in $(GOLDEN) anew: what later versions are compared with'
 	@echo 'make clean   remove $(VENV), build products and caches'
@@ -53,6 +54,9 @@ ros-test: $(VENV)/.installed-test
 docs: $(VENV)/.installed
 	$(BIN)/python -m hma_gripper_sim.ros.interface_docs
 
+bench: $(VENV)/.installed-bench
+	$(BIN)/hma_gripper benchmark --out report/benchmark
+
 golden: $(VENV)/.installed
 	for scene in $(GOLDEN)/*.yaml; do \
 	  rm -rf "$${scene%.yaml}"; \
@@ -62,7 +66,8 @@ golden: $(VENV)/.installed
 # Editable, so that both are set up anew only when a file changes that says what to install.
 $(VENV)/.installed: EXTRAS := ros
 $(VENV)/.installed-test: EXTRAS := ros,test
-$(VENV)/.installed $(VENV)/.installed-test: setup.py setup.cfg pyproject.toml
+$(VENV)/.installed-bench: EXTRAS := bench
+$(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-bench: setup.py setup.cfg pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || { \
 	  echo 'Python 3.10 to 3.13 is needed ($(PYTHON) is not): make $(MAKECMDGOALS) PYTHON=...' >&2; \
 	  exit 1; }

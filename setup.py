@@ -8,6 +8,10 @@ from setuptools import find_packages, setup
 
 PACKAGE_NAME = "hma_gripper_sim"
 
+# `hma_gripper benchmark` is documented for installed packages, so the benchmarks are installed,
+# too: as a package of their own, which nothing but that command imports.
+BENCHMARKS = "hma_gripper_benchmarks"
+
 # The ROS 2 Jazzy wheels, Linux x86-64, CPython 3.10 to 3.13: one set that works together, so every
 # member is pinned (a newer ros-*-msgs alone breaks it, and a bare ros-rclpy is a later ROS 2).
 JAZZY_WHEELS = {
@@ -75,7 +79,9 @@ setup(
         "Typing :: Typed",
     ],
     python_requires=">=3.10",
-    packages=find_packages(include=[PACKAGE_NAME, f"{PACKAGE_NAME}.*"]),
+    packages=find_packages(
+        include=[PACKAGE_NAME, f"{PACKAGE_NAME}.*", BENCHMARKS, f"{BENCHMARKS}.*"]
+    ),
     package_data={PACKAGE_NAME: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE_NAME}"]),

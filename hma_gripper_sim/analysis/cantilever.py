@@ -6,7 +6,8 @@ import numpy as np
 
 from hma_gripper_sim.kernels.chain import chain_work, tip_response
 from hma_gripper_sim.kernels.static_equilibrium import solve_dead_load
-from hma_gripper_sim.mechanics.discretisation import DISCRETISATIONS, cantilever
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
+from hma_gripper_sim.mechanics.half_gripper import cantilever
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.units import choice, quantity, whole_number
 
@@ -48,8 +49,9 @@ def cantilever_deflection(
     SimulationError
         No equilibrium was found: the load is far beyond what bends such a beam once.
     """
-    choice(discretisation, DISCRETISATIONS, field="discretisation", source="cantilever_deflection")
-    minimum = 2 if discretisation == "thesis" else 1
+    known = tuple(DISCRETISATIONS)
+    choice(discretisation, known, field="discretisation", source="cantilever_deflection")
+    minimum = 2 if DISCRETISATIONS[discretisation].joints_at_sections else 1
     count = whole_number(n, field="n", source="cantilever_deflection", minimum=minimum)
     length, bending_stiffness = (
         quantity(

@@ -1,7 +1,7 @@
 """Joint states at the thesis' resolution, recovered from a coarser or finer model.
 
 The angle of a body of the thesis is the beam's tangent at the body's middle, whatever model it
-comes from (`discretisation.tangent_weights`).
+comes from (`Discretisation.tangent_weights`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.mechanics.discretisation import tangent_weights
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.simulation.trace import Trace, joint_rows
 
 Array = NDArray[np.float64]
@@ -53,14 +53,12 @@ def _turns(trace: Trace) -> Array:
     scene = trace.scene
     design, half, resolution = scene.design, scene.half, scene.resolution
     n, top, beam = len(half.joints), resolution.elements_top, resolution.elements_beam
-    on_top = "midpoint" if resolution.discretisation == "thesis" else resolution.discretisation
+    scheme = DISCRETISATIONS[resolution.discretisation]
     ends = np.arange(design.top_elements + 1) / design.top_elements
     middles = (np.arange(design.beam_elements) + 0.5) / design.beam_elements
     angles = np.zeros((len(ends) + len(middles) + 1, n))
-    angles[: len(ends), :top] = tangent_weights(on_top, top, ends)
+    angles[: len(ends), :top] = scheme.of_top_beam().tangent_weights(top, ends)
     angles[len(ends) :, :top] = 1.0
-    angles[len(ends) : -1, top : top + beam] = tangent_weights(
-        resolution.discretisation, beam, middles
-    )
+    angles[len(ends) : -1, top : top + beam] = scheme.tangent_weights(beam, middles)
     angles[-1] = 1.0
     return np.diff(angles, axis=0)

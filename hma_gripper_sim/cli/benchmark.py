@@ -45,7 +45,7 @@ def benchmark(quick: bool, out: Path) -> None:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from hma_gripper_sim.benchmark import peers, reporting, running
+    from hma_gripper_benchmarks import peers, reporting, running
 
     console = Console()
     for name, (distribution, _) in peers.PEERS.items():

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.model.contours.shapes import shapes
 from hma_gripper_sim.model.numbers import declared_numbers
 from hma_gripper_sim.model.scene import CONTACTS, SAMPLED_NORMALS
@@ -195,7 +196,7 @@ _GRIPPER = {
     ),
     "discretisation": Field(
         default="thesis",
-        options=("thesis", "midpoint"),
+        options=tuple(name for name, each in DISCRETISATIONS.items() if not each.joints_slide),
         read_only=True,
         description="How the gripper is divided into elements: 'thesis' (63 joints, as "
         "published) or 'midpoint' (second order, few elements).",

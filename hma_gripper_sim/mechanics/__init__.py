@@ -2,7 +2,8 @@
 
 ==============  ===================================================
 scene           a scene that can be simulated
-discretisation  beams as chains of joints and bodies
+discretisations  how a beam is divided into bodies and joints, one file for each way
+half_gripper    one half of a gripper as a chain of bodies and joints
 asked_accuracy  how fine a model an asked accuracy takes
 placement       where the object stands to leave a clearance
 start_pose      the pose in which the gripper rests before it moves

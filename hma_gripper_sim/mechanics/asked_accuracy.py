@@ -4,7 +4,7 @@ The model's error is estimated from the design alone, before anything is simulat
 the object under a gripper and steps in ticks, so neither object nor motion may decide.  The hardest
 that contact does to a gripper is to thrust a side beam along its axis, held at the tip by friction,
 until it buckles.  Force and shape are then those of a column, clamped at one end and pinned at
-the other, and wrong by as much as its buckling load, 20.19 E I / l^2, is: by `COLUMN_ERROR`.
+the other, and wrong by as much as its buckling load, 20.19 E I / l^2, is: by its `column_error`.
 Gentler scenes are closer to the continuum by one to three orders of magnitude, and a finer model
 costs less than a second run that would tell them apart.
 """
@@ -14,11 +14,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from hma_gripper_sim.mechanics.discretisations.base import Discretisation
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.model.gripper import GripperDesign
 
-# Relative error of the column's buckling load in n GBEs: coefficient / n^order.  It follows from
-# the eigenvalues of the column of hinges, which `test_choices` computes.
-COLUMN_ERROR = {"thesis": (1.0, 1), "midpoint": (1.5, 2), "gauss": (5.0, 4)}
 # The top beam's error acts on the tip as its length times the square of the angle that it turns by,
 # which is itself proportional to its length; relative to the side beam:
 TOP_ORDER = 3
@@ -27,9 +26,7 @@ TOP_ORDER = 3
 # They are independent of the time stepping's: the squares add, and little is taken from that.
 MODEL_SHARE = 0.25
 LEAST_STEPPING_SHARE = 0.5  # where a given model is too coarse, finer steps are no help
-GAUSS_FEWEST = 2  # a single GBE bends as a beam does under one kind of load only
-GAUSS_DEFAULT = 0.1  # accuracy that `gauss` is chosen for when none is asked for
-MIDPOINT_DEFAULT = {"elements_top": 2, "elements_beam": 8}
+DEFAULT = 0.1  # accuracy that GBEs are chosen for when neither it nor they are given
 
 
 @dataclass(frozen=True)
@@ -81,21 +78,23 @@ def choose_resolution(
     else:
         kind, why = "gauss", "fourth order: the fewest GBEs for an accuracy"
     choices = [Choice("discretisation", kind, why)]
+    scheme = DISCRETISATIONS[kind]
+    usual = scheme.usual_elements(design, accuracy is not None)
     counts, errors = [], []
     top_weight = (design.top_length / design.beam_length) ** TOP_ORDER
-    for subject, given, weight, of_design in (
-        ("elements_top", elements_top, top_weight, design.top_elements),
-        ("elements_beam", elements_beam, 1.0, design.beam_elements),
+    for part, (subject, given, weight, of_part) in enumerate(
+        (
+            ("elements_top", elements_top, top_weight, scheme.of_top_beam()),
+            ("elements_beam", elements_beam, 1.0, scheme),
+        )
     ):
-        # The top beam of the thesis has its joints in the middles of GBEs.
-        scheme = "midpoint" if kind == "thesis" and subject == "elements_top" else kind
         if given is not None:
             count, why = given, "given"
-        elif kind == "thesis":
-            count, why = of_design, "as in the design"
+        elif usual is not None:
+            count, why = usual[0][part], usual[1]
         else:
-            count, why = _elements(kind, subject, weight, accuracy)
-        coefficient, order = COLUMN_ERROR[scheme]
+            count, why = _elements(scheme, weight, accuracy)
+        coefficient, order = of_part.column_error
         errors.append(weight * coefficient / count**order)
         counts.append(count)
         choices.append(Choice(subject, str(count), why))
@@ -124,18 +123,15 @@ def stepping_tolerance(accuracy: float, model_error: float) -> float:
     return max(left, LEAST_STEPPING_SHARE * accuracy)
 
 
-def _elements(kind: str, subject: str, weight: float, accuracy: float | None) -> tuple[int, str]:
+def _elements(scheme: Discretisation, weight: float, accuracy: float | None) -> tuple[int, str]:
     """How many GBEs a part takes whose error counts by a weight, and why."""
-    if kind == "midpoint" and accuracy is None:
-        return MIDPOINT_DEFAULT[subject], "the default of the midpoint discretisation"
-    wanted = MODEL_SHARE * (GAUSS_DEFAULT if accuracy is None else accuracy)
-    coefficient, order = COLUMN_ERROR[kind]
+    wanted = MODEL_SHARE * (DEFAULT if accuracy is None else accuracy)
+    coefficient, order = scheme.column_error
     count = math.ceil((weight * coefficient / wanted) ** (1.0 / order) - 1e-9)
-    fewest = GAUSS_FEWEST if kind == "gauss" else 1
-    if count <= fewest:
-        return fewest, "the fewest that bend as a beam does"
+    if count <= scheme.fewest:
+        return scheme.fewest, "the fewest that bend as a beam does"
     if accuracy is None:
-        return count, "the default of the gauss discretisation"
+        return count, f"the default of the {scheme.name} discretisation"
     return count, f"for {100 * wanted:.2g} % of a beam's buckling load"
 
 

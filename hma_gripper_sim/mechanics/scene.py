@@ -19,7 +19,8 @@ from hma_gripper_sim.mechanics.asked_accuracy import (
     choose_resolution,
     explain_stepping,
 )
-from hma_gripper_sim.mechanics.discretisation import DISCRETISATIONS, HalfGripper, discretise
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
+from hma_gripper_sim.mechanics.half_gripper import HalfGripper, discretise
 from hma_gripper_sim.mechanics.placement import fingertip, height_of_first_touch, obstacle
 from hma_gripper_sim.mechanics.start_pose import start_state
 from hma_gripper_sim.model.joint_names import PARTS, SIDES, SLIDE, joint_name
@@ -45,7 +46,8 @@ class Scene(SceneDescription):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.discretisation is not None:
-            choice(self.discretisation, DISCRETISATIONS, field="discretisation", source="Scene")
+            known = tuple(DISCRETISATIONS)
+            choice(self.discretisation, known, field="discretisation", source="Scene")
 
     def rediscretised(self, discretisation: str, elements_top: int, elements_beam: int) -> Scene:
         """Return the same scene with another discretisation of the gripper.

@@ -36,7 +36,7 @@ class SceneDescription:
     contact
         ``continuous``: the tip's capsule; ``sampled``: the contact points of the thesis.
     discretisation
-        ``thesis``, ``midpoint`` or ``gauss`` (see `hma_gripper_sim.mechanics.discretisation`);
+        ``thesis``, ``midpoint`` or ``gauss`` (see `hma_gripper_sim.mechanics.discretisations`);
         None: ``thesis``, or ``gauss`` when an accuracy is asked for.
     elements_top, elements_beam
         GBEs of half the top beam and of a side beam; None: as in the design for ``thesis``,

@@ -1,7 +1,7 @@
 """Bending moments of the beams' sections, recovered from joint moments and forces.
 
-A joint of the ``thesis`` discretisation stands at the section it speaks for.  One of the other
-discretisations stands within its GBE: the moment at the GBE's ends follows from it and the force
+A joint of the ``thesis`` discretisation stands at the section it speaks for.  One of the others
+stands within its GBE: the moment at the GBE's ends follows from it and the force
 that the joint transmits, and converges at second order in the GBE's length.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.mechanics.scene import Scene
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
     """
     half, chain = scene.half, scene.half.chain
     moment = -(chain.stiffness * q + chain.damping * v)
-    if scene.resolution.discretisation == "thesis":
+    if DISCRETISATIONS[scene.resolution.discretisation].joints_at_sections:
         return np.asarray(moment)
     # Vectors of the plane as complex numbers, x + i z.
     angle = np.cumsum(q + chain.rest, axis=1)

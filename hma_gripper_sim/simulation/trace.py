@@ -13,7 +13,7 @@ from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.penetration import deepest_penetration
-from hma_gripper_sim.mechanics.discretisation import HalfGripper
+from hma_gripper_sim.mechanics.half_gripper import HalfGripper
 from hma_gripper_sim.mechanics.outcome import SolverStats
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import HalfRecord

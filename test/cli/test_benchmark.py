@@ -9,7 +9,7 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-from hma_gripper_sim.benchmark import (
+from hma_gripper_benchmarks import (
     against_dense,
     against_mujoco,
     cantilever,
@@ -23,10 +23,10 @@ from hma_gripper_sim.benchmark import (
     startup,
     work_precision,
 )
-from hma_gripper_sim.benchmark.asked_error import Judgement, Level, PopulationResult
-from hma_gripper_sim.benchmark.scenes import tasks
-from hma_gripper_sim.benchmark.series import Deviation
-from hma_gripper_sim.benchmark.work_precision import TaskResult, WorkRow
+from hma_gripper_benchmarks.asked_error import Judgement, Level, PopulationResult
+from hma_gripper_benchmarks.scenes import tasks
+from hma_gripper_benchmarks.series import Deviation
+from hma_gripper_benchmarks.work_precision import TaskResult, WorkRow
 from hma_gripper_sim.cli.benchmark import benchmark
 
 

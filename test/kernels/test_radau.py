@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hma_gripper_sim.benchmark.dense import equations, rates
+from hma_gripper_benchmarks.dense import equations, rates
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, STICK

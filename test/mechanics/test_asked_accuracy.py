@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 from hma_gripper_sim import Circle, GripperDesign, RoundedBox, Scene, Simulation, simulate
 from hma_gripper_sim.analysis.thesis_joints import thesis_joint_states
-from hma_gripper_sim.mechanics.asked_accuracy import COLUMN_ERROR, MODEL_SHARE
-from hma_gripper_sim.mechanics.discretisation import cantilever, partition
+from hma_gripper_sim.mechanics.asked_accuracy import MODEL_SHARE
+from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 
 THESIS = GripperDesign.thesis_2013()
 SOFT = dataclasses.replace(
@@ -87,10 +87,9 @@ def column_buckling_load(discretisation: str, elements: int) -> float:
     the angle, less what the joints slide.  Buckling: the least load whose work on the one form
     is the springs' energy on the other.
     """
-    joints, lengths = partition(discretisation, elements)
-    slide = np.zeros(elements)
-    if discretisation == "gauss":
-        slide = cantilever(1.0, elements, 1.0, "gauss").straightening
+    scheme = DISCRETISATIONS[discretisation]
+    joints, lengths = partition = scheme.partition(elements)
+    slide = scheme.straightening((partition,))
     shortening = (1.0 - np.maximum.outer(joints, joints)) - 2.0 * np.diag(slide)
     scaled = np.sqrt(np.outer(lengths, lengths)) * shortening
     sideways = (1.0 - joints) * np.sqrt(lengths)
@@ -99,12 +98,12 @@ def column_buckling_load(discretisation: str, elements: int) -> float:
     return 1.0 / float(np.linalg.eigvalsh(held @ scaled @ held).max())
 
 
-@pytest.mark.parametrize("discretisation", COLUMN_ERROR)
+@pytest.mark.parametrize("discretisation", DISCRETISATIONS)
 @pytest.mark.parametrize("elements", [4, 6, 10, 18])
 def test_error_of_a_columns_buckling_load(discretisation: str, elements: int) -> None:
     """Against x^2 with ``tan x = x``: coefficient / n^order to a quarter, the next order of 1/n."""
     root = brentq(lambda x: np.tan(x) - x, 4.4, 4.6)
-    coefficient, order = COLUMN_ERROR[discretisation]
+    coefficient, order = DISCRETISATIONS[discretisation].column_error
     error = 1.0 - column_buckling_load(discretisation, elements) / root**2
     assert error == pytest.approx(coefficient / elements**order, rel=0.25)
 
