@@ -78,7 +78,7 @@ that command in turn are named in the log and in /diagnostics.
   for the ends of its travel.
 - Stamps count if they are not 0. A velocity or position is out of date when its stamp is older than
   `command_timeout`, earlier than one already taken from that source, or over 0.5 s ahead. A
-  trajectory starts at its stamp, with 0 at once. It is out of date when it would have ended already,
+  trajectory starts at its stamp, with 0 at once. It is out of date when it would have ended by now,
   or would start more than 60 s from now: then its sender has another clock.
 - With `prefix`, `slide` stands for the name with the prefix.
 """
