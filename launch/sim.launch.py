@@ -114,17 +114,24 @@ def robot_description(context: LaunchContext, given: dict[str, str]) -> str:
     told = context.launch_configurations
     place = ("--parent", told["parent"]) if told["parent"] else HANGING
     settings = [item for name, value in given.items() for item in ("--set", f"{name}={value}")]
-    arguments = shlex.join(["urdf", "--params-file", told["params_file"], *settings, *place])
+    file = ("--params-file", told["params_file"], "--node", told["name"])
+    arguments = shlex.join(["urdf", *file, *settings, *place])
     return Command([ExecutableInPackage("hma_gripper", PACKAGE), " ", arguments]).perform(context)
 
 
 def typed(given: dict[str, str]) -> dict[str, Any]:
-    """Return parameters in the types that the node declares them with, where the text says so."""
+    """Return parameters in the types of their defaults; a text with a unit stays a text."""
     defaults = node_parameters()
-    return {
-        name: ParameterValue(value, value_type=str) if isinstance(defaults[name], str) else value
-        for name, value in given.items()
-    }
+    values: dict[str, Any] = {}
+    for name, text in given.items():
+        if isinstance(defaults[name], float):
+            try:
+                values[name] = float(text)
+            except ValueError:
+                values[name] = text
+        else:
+            values[name] = text if isinstance(defaults[name], str) else yaml.safe_load(text)
+    return values
 
 
 def is_true(told: dict[str, str], name: str) -> bool:

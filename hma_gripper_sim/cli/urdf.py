@@ -18,6 +18,13 @@ from hma_gripper_sim.errors import InputError
     help="Parameter file (YAML) that the node is started with: design, elements, limits.",
 )
 @click.option(
+    "--node",
+    default="hma_gripper_sim",
+    show_default=True,
+    metavar="NAME",
+    help="Name of the node, by which that file calls it.",
+)
+@click.option(
     "--design",
     type=FILE,
     metavar="FILE",
@@ -69,6 +76,7 @@ from hma_gripper_sim.errors import InputError
 )
 def urdf(
     params_file: Path | None,
+    node: str,
     design: Path | None,
     discretisation: str | None,
     elements_top: int | None,
@@ -104,7 +112,7 @@ def urdf(
     from hma_gripper_sim.results.robot_description import gripper_urdf
     from hma_gripper_sim.yaml_reading import read_text
 
-    given = read_parameter_file(params_file) if params_file else {}
+    given = read_parameter_file(params_file, node) if params_file else {}
     for text in assignments:
         given |= assignment(text)
     told = {
