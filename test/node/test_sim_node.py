@@ -6,6 +6,7 @@ import math
 import signal
 import subprocess
 import sys
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from hma_gripper_sim import GripperDesign
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
+START_PATIENCE = 120.0  # s
 PERIOD_NS = 10_000_000  # of the default publish_rate
 
 JOINT_NAMES = [
@@ -294,6 +296,22 @@ def test_a_signal_ends_it_cleanly(start_node, connect, number, real_time_factor)
     process = start_node(real_time_factor=real_time_factor)
     client = connect(process)
     client.command(0.004)
+    process.send_signal(number)
+    assert process.exit_code() == 0
+    assert "Traceback" not in process.output("stderr")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_first_start_says_that_it_compiles_and_can_be_ended(
+    start_node, tmp_path, monkeypatch, number
+):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "nothing compiled yet"))
+    process = start_node()
+    end = time.monotonic() + START_PATIENCE
+    while "compiling the solver for this processor: once" not in process.output("stderr"):
+        process.check()
+        assert time.monotonic() < end, "it has not said so"
+        time.sleep(0.02)
     process.send_signal(number)
     assert process.exit_code() == 0
     assert "Traceback" not in process.output("stderr")
