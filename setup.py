@@ -118,7 +118,7 @@ setup(
             "hypothesis>=6.100,<7",
             "import-linter==2.17",
             "mypy==2.4.1",
-            "pytest>=8.0,<9",
+            "pytest>=7.4,<9",
             "ruff==0.17.6",
             "types-PyYAML>=6.0",
             "xacro>=2.0",

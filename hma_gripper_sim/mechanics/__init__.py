@@ -3,6 +3,7 @@
 ==============  ===================================================
 scene           a scene that can be simulated
 discretisations  how a beam is divided into bodies and joints, one file for each way
+body_motion      poses, velocities and accelerations of all bodies
 half_gripper    one half of a gripper as a chain of bodies and joints
 asked_accuracy  how fine a model an asked accuracy takes
 placement       where the object stands to leave a clearance

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hma_gripper_sim.bags.message_batches import Connection, Ints, shown
+from hma_gripper_sim.bags.message_batches import Connection, Ints, absolute, shown
 from hma_gripper_sim.bags.stored_log import Log
 from hma_gripper_sim.device.topics import JOINT_STATES
 from hma_gripper_sim.errors import InputError, first_line
@@ -18,6 +19,9 @@ from hma_gripper_sim.recordings.gathering import Gatherer
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.recordings.signal_map import Signal, SignalMap
 from hma_gripper_sim.recordings.stamps import refuse_other_clocks
+
+_NEVER = 2**63
+"""A stamp [ns] after all others."""
 
 
 class Message(NamedTuple):
@@ -29,7 +33,7 @@ class Message(NamedTuple):
 
 
 def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message]:
-    """Yield the messages of `topics` in the order they were logged.
+    """Yield the messages of `topics` in the order they lie in the log.
 
     Raises
     ------
@@ -50,7 +54,7 @@ def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message
                 ) from None
             yield Message(connection.topic, _stamp(content, logged), content)
     for topic in topics:
-        if topic not in log.findings.topics:
+        if absolute(topic) not in log.findings.topics:
             raise InputError(missing_topic(log.findings), field=topic, source=log.source)
 
 
@@ -114,23 +118,23 @@ def read_poses(
     InputError
         As `read_messages`; or a joint is missing; or the log ends before the last stamp.
     """
-    poses: list[FloatArray] = []
     wanted = sorted(stamps)
+    found: list[tuple[int, Any]] = [(_NEVER, None)] * len(wanted)
     for _, stamp, content in read_messages(path, [JOINT_STATES.name]):
-        if len(poses) == len(wanted):
-            break
-        if stamp < wanted[len(poses)]:
-            continue
-        position = dict(zip(content.name, content.position, strict=True))
+        for k in range(bisect_right(wanted, stamp)):
+            if stamp < found[k][0]:
+                found[k] = stamp, content
+    poses: list[FloatArray] = []
+    for asked, (stamp, content) in zip(wanted, found, strict=True):
+        if content is None:
+            reason = f"ends before stamp {shown(asked)}"
+            raise InputError(reason, field=JOINT_STATES.name, source=str(path))
+        position = dict(zip(content.name, content.position, strict=False))
         try:
-            pose = np.array([position[name] for name in joint_names])
+            poses.append(np.array([position[name] for name in joint_names]))
         except KeyError as error:
             reason = f"joint {error} is missing at stamp {shown(stamp)}"
             raise InputError(reason, field=JOINT_STATES.name, source=str(path)) from None
-        poses.append(pose)
-    if len(poses) < len(wanted):
-        reason = f"ends before stamp {shown(wanted[len(poses)])}"
-        raise InputError(reason, field=JOINT_STATES.name, source=str(path))
     return poses
 
 

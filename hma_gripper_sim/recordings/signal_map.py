@@ -27,6 +27,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from hma_gripper_sim.bags.message_batches import absolute
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.recordings.signal_sources import Field, Frame, LargestMagnitude, Source
 from hma_gripper_sim.units import choice, quantity
@@ -145,13 +146,10 @@ def _signal(name: str, entry: object) -> Signal:
         optional = entry.get("optional", False)
         if not isinstance(optional, bool):
             raise InputError(f"must be true or false, got {optional!r}", field="optional")
-        topic = _text(entry, "topic")
-        if not topic.startswith("/"):
-            raise InputError(f"must begin with /, got {topic!r}", field="topic")
         publisher = entry.get("publisher")
         return Signal(
             name=name,
-            topic=topic,
+            topic=absolute(_text(entry, "topic")),
             source=_source(entry),
             scale=_si_per_unit(entry, unit) * quantity(entry.get("scale", 1.0), "", field="scale"),
             tare=quantity(entry.get("tare", 0.0), "s", field="tare", minimum=0.0),

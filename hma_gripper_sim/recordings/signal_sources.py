@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -16,6 +17,14 @@ FloatArray = npt.NDArray[np.float64]
 
 _JOINT_NAMES = ("name", "joint_names")
 """Fields that name the joints of the arrays beside them, in sensor_msgs and in control_msgs."""
+
+
+_LAST_INDEX = re.compile(r"(.*)\[(\d{1,9})\]")
+"""A path that ends with an index."""
+
+
+class LackingError(InputError):
+    """A message holds less than its type can: others of the type may hold the signal."""
 
 
 class Place(NamedTuple):
@@ -51,8 +60,10 @@ class Source(Protocol):
 
         Raises
         ------
+        LackingError
+            It is not in this message.
         InputError
-            Messages of this type cannot hold the signal.
+            Messages of this type cannot hold it.
         """
 
     def value(self, numbers: FloatArray) -> FloatArray:
@@ -108,7 +119,7 @@ class Field:
         names = _joint_names(layout)
         if self.joint not in names:
             return None
-        return _place(layout, self.field, names.index(self.joint), "header.stamp")
+        return _joint_place(layout, self.field, names, names.index(self.joint))
 
     def value(self, numbers: FloatArray) -> FloatArray:
         """Return the number itself."""
@@ -144,8 +155,8 @@ class LargestMagnitude:
             return None
         kept = [index for index, name in enumerate(names) if name != self.without]
         if not kept:
-            raise InputError(f"a message has no {self.field!r} of a joint but {self.without!r}")
-        places = [_place(layout, self.field, index, "header.stamp") for index in kept]
+            raise LackingError(f"a message has no {self.field!r} of a joint but {self.without!r}")
+        places = [_joint_place(layout, self.field, names, index) for index in kept]
         return places[0]._replace(
             paths=tuple(place.paths[0] for place in places),
             offsets=tuple(place.offsets[0] for place in places),
@@ -192,19 +203,32 @@ def _bare(frame: str) -> str:
     return frame.removeprefix("/")
 
 
+def _joint_place(layout: Layout, field: str, names: Sequence[str], index: int) -> Place:
+    """Find the number of the joint that is named at `index`."""
+    place = _place(layout, field, index, "header.stamp")
+    if layout.numbers[field].length != len(names):
+        length = layout.numbers[field].length
+        raise LackingError(f"a message has {length} entries of {field!r} for {len(names)} joints")
+    if names.count(names[index]) > 1:
+        raise LackingError(f"a message names joint {names[index]!r} more than once")
+    return place
+
+
 def _place(layout: Layout, field: str, index: int | None, stamp: str) -> Place:
     """Find one number; `index` counts in the array `field` and stands for a joint."""
-    path, bracket, rest = field.partition("[") if index is None else (field, "", "")
-    if bracket and rest.endswith("]") and rest[:-1].isdecimal():
-        index = int(rest[:-1])
-    else:
-        path = field
+    path = field
+    if index is None and (match := _LAST_INDEX.fullmatch(field)):
+        path, index = match[1], int(match[2])
     numbers = layout.numbers.get(path)
+    if numbers is None and layout.declares(path):
+        raise LackingError(f"a message has no {field!r}: its lists are shorter")
     if numbers is None or (numbers.length is None) != (index is None):
         raise InputError(f"a message has no number {field!r} ({layout.msgtype}: {_known(layout)})")
     if index is not None:
         if index >= (numbers.length or 0):
-            raise InputError(f"a message has {numbers.length} entries of {path!r}, not {index + 1}")
+            raise LackingError(
+                f"a message has {numbers.length} entries of {path!r}, not {index + 1}"
+            )
         path = f"{path}[{index}]"
     offset = numbers.offset + (index or 0) * int(numbers.kind[-1])
     has_stamp = f"{stamp}.sec" in layout.numbers

@@ -12,6 +12,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from hma_gripper_sim.bags.log_metadata import counted_messages
 from hma_gripper_sim.comparison.bounds import Bound
 from hma_gripper_sim.comparison.log_comparison import (
     LogComparison,
@@ -31,7 +32,6 @@ from hma_gripper_sim.replay.simulated_log import Replay
 from hma_gripper_sim.replay.simulated_log import replay as simulate_course
 from hma_gripper_sim.replay.simulated_settings import (
     Parameters,
-    counted_messages,
     flat,
     logged_parameters,
 )

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from patience import patience
 
 import hma_gripper_sim
 from hma_gripper_sim.kernels.compiled import COMPILED
@@ -98,7 +99,7 @@ class Installation:
 
 
 def finished(process: subprocess.Popen[str]) -> Run:
-    out, said = process.communicate(timeout=120)
+    out, said = process.communicate(timeout=patience(120.0))
     assert process.returncode == 0, said
     return Run(*json.loads(out), said)
 

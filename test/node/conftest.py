@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from patience import patience
 
 from hma_gripper_sim.ros.node_process import private_ros_domain
 
 NODE = "/hma_gripper_sim"
-PATIENCE = 10.0  # s, for anything that happens soon
-START_PATIENCE = 120.0  # s, where kernels may have to be compiled first
+PATIENCE = patience(20.0)  # s, for anything that happens soon
+START_PATIENCE = patience(120.0)  # s, where kernels may have to be compiled first
 
 
 @pytest.fixture

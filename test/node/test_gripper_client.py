@@ -8,6 +8,7 @@ from contextlib import suppress
 from threading import Event, Thread
 
 import pytest
+from patience import patience
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
@@ -21,7 +22,7 @@ from hma_gripper_sim.ros import (
     GripperTimeoutError,
 )
 
-PATIENCE = 10.0
+PATIENCE = patience(20.0)  # s
 
 
 def test_a_pick(start_node):

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import patience
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "planar_arm.py"
 FORCE = 0.3  # N, its default
 SPEED = 0.02  # m/s
-PATIENCE = 30.0  # s
+PATIENCE = patience(30.0)  # s
 
 
 @pytest.fixture

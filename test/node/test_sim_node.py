@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import patience
 
 import hma_gripper_sim
 from hma_gripper_sim import GripperDesign
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
-START_PATIENCE = 120.0  # s
+START_PATIENCE = patience(120.0)  # s
 PERIOD_NS = 10_000_000  # of the default publish_rate
 
 JOINT_NAMES = [
@@ -108,7 +109,7 @@ def test_hanging_free_it_publishes_every_joint_with_one_stamp_per_tick(start_nod
     assert list(phi.name) == ["phi_left", "phi_right"]
     assert math.degrees(phi.position[0]) == pytest.approx(97.0, abs=1.0)
     assert phi.position[0] == pytest.approx(phi.position[1], abs=1e-12)
-    assert client.contours == [] or client.contours[-1] == "box"
+    assert set(client.contours) <= {"box"}
 
 
 def recorded_motion(client):

@@ -10,20 +10,15 @@ import pytest
 from hma_gripper_sim import config_directory
 from hma_gripper_sim.device.setting_definitions import FIELDS
 
-pytest.importorskip("launch_ros", reason="ros2 launch is not installed")
-
-from ament_index_python.packages import PackageNotFoundError
-from launch.substitutions import Command
-from launch_ros.actions import Node
-
-from launch import LaunchContext
-
 FILE = config_directory().parent / "launch" / "sim.launch.py"
 
 
 @pytest.fixture
 def installed(monkeypatch):
     """The packages that are there, as far as the launch file can tell."""
+    pytest.importorskip("launch_ros", reason="ros2 launch is not installed")
+    from ament_index_python.packages import PackageNotFoundError
+
     found = {"hma_gripper_sim", "robot_state_publisher", "rviz2"}
 
     def prefix(package: str) -> str:
@@ -40,9 +35,11 @@ def installed(monkeypatch):
 @pytest.fixture
 def launch(installed, monkeypatch):
     """Return what is started, given the words behind the file's name."""
+    from launch import LaunchContext
+
     file = runpy.run_path(str(FILE))
 
-    def run(*words: str) -> list[Node]:
+    def run(*words: str):
         monkeypatch.setattr(sys, "argv", ["ros2", "launch", "hma_gripper_sim", FILE.name, *words])
         context = LaunchContext(argv=words)
         declared = file["generate_launch_description"]().get_launch_arguments()
@@ -57,8 +54,10 @@ def launch(installed, monkeypatch):
 
 
 @pytest.fixture
-def urdf(monkeypatch):
+def urdf(installed, monkeypatch):
     """What the command that prints the robot description is called with."""
+    from launch.substitutions import Command
+
     calls = []
     monkeypatch.setattr(
         Command, "perform", lambda self, _: calls.append(self.command[-1].text) or "<robot/>"

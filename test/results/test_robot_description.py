@@ -20,8 +20,6 @@ from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.results.gripper_outline import gripper_outline
 from hma_gripper_sim.results.robot_description import MOUNT, gripper_urdf
 
-yourdfpy = pytest.importorskip("yourdfpy")
-
 TOLERANCE = 1e-9  # m
 
 LIMITS = DriveLimits(
@@ -55,7 +53,7 @@ def scene(request: pytest.FixtureRequest, design: GripperDesign) -> Scene:
 
 
 def load(text: str):
-    return yourdfpy.URDF.load(io.StringIO(text), load_meshes=False)
+    return pytest.importorskip("yourdfpy").URDF.load(io.StringIO(text), load_meshes=False)
 
 
 def in_plane(places) -> np.ndarray:

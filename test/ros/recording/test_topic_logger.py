@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import patience
 from rosbags.rosbag2 import Reader
 
 from hma_gripper_sim.bags.log_writer import LogWriter
@@ -71,7 +72,7 @@ class Publisher:
         self._publishers[topic].publish(self._kinds[topic](data=data))
 
     def wait(self, condition: Callable[[], object]) -> None:
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + patience(20.0)
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"
             self._take()
