@@ -108,6 +108,7 @@ setup(
     ],
     extras_require={
         "bench": ["exudyn>=1.13", "mujoco>=4.0"],
+        "docs": ["furo>=2025.9", "sphinx>=8.1,<9"],
         "ros": [
             f"ros-{name}=={version}"
             for version, names in JAZZY_WHEELS.items()

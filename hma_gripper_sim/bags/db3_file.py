@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterator
+from collections.abc import Container, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -42,7 +42,7 @@ class Db3File:
         Those whose messages are wanted.
     """
 
-    def __init__(self, path: Path, name: str, findings: Findings, topics: Collection[str]) -> None:
+    def __init__(self, path: Path, name: str, findings: Findings, topics: Container[str]) -> None:
         self._path = path
         self._name = name
         self._findings = findings

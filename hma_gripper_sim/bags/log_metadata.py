@@ -14,6 +14,9 @@ from hma_gripper_sim.yaml_reading import read_yaml
 METADATA = "metadata.yaml"
 """Name of the file that holds them."""
 
+PARAMETERS_KEY = "hma_gripper_sim.parameters"
+"""Under which they hold what was simulated, by the names of the node's parameters, in JSON."""
+
 REMARKS_KEY = "hma_gripper_sim.remarks"
 """Under which they hold how far what was simulated can be trusted: a list of texts in JSON."""
 
@@ -64,6 +67,17 @@ def custom_data(path: str | Path, key: str, kind: type[_Kind]) -> _Kind | None:
         name = "mapping" if kind is dict else "list"
         raise InputError(f"is no JSON {name}", field=key, source=str(path))
     return content
+
+
+def logged_parameters(path: str | Path) -> dict[str, Any]:
+    """Return what the log at `path` says that it was simulated with; empty if it does not say.
+
+    Raises
+    ------
+    InputError
+        It is no JSON mapping.
+    """
+    return custom_data(path, PARAMETERS_KEY, dict) or {}
 
 
 def counted_messages(path: str | Path, topic: str) -> int | None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Container, Iterator
 from io import BytesIO
 from typing import BinaryIO
 
@@ -70,7 +70,7 @@ class McapFile:
     """
 
     def __init__(
-        self, name: str, stream: BinaryIO, findings: Findings, topics: Collection[str]
+        self, name: str, stream: BinaryIO, findings: Findings, topics: Container[str]
     ) -> None:
         self._name = name
         self._stream = stream

@@ -6,7 +6,7 @@ keeps all of it in memory. Its parser of records is used here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Container, Iterator
 from io import BytesIO
 from typing import BinaryIO
 
@@ -62,7 +62,7 @@ class BagFile:
     """
 
     def __init__(
-        self, name: str, stream: BinaryIO, findings: Findings, topics: Collection[str]
+        self, name: str, stream: BinaryIO, findings: Findings, topics: Container[str]
     ) -> None:
         self._name = name
         self._stream = stream

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import sqlite3
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Container, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,6 +33,13 @@ _NAMED = 3
 """Files that an error names beside the one that is missing."""
 
 
+class _Everything(Container[str]):
+    """Holds every topic there may be."""
+
+    def __contains__(self, topic: object) -> bool:
+        return True
+
+
 class Log:
     """A log: an mcap, db3 or ROS 1 bag file, or a rosbag2 directory.
 
@@ -54,15 +61,15 @@ class Log:
         self.source = str(path)
         self.findings = Findings()
 
-    def batches(self, topics: Collection[str]) -> Iterator[Batch]:
-        """Yield the messages of `topics`, file after file in the order they were logged.
+    def batches(self, topics: Collection[str] | None = None) -> Iterator[Batch]:
+        """Yield the messages of `topics`, by default of all, as they lie in file after file.
 
         Raises
         ------
         InputError
             The log cannot be read.
         """
-        wanted = frozenset(map(absolute, topics))
+        wanted = _Everything() if topics is None else frozenset(map(absolute, topics))
         files, by_message = self._files()
         empty = 0
         for file in files:
@@ -104,7 +111,7 @@ class Log:
                 self.findings.note(f"{entry.name} is not listed in {METADATA}: not read")
         return listed, mode == "message"
 
-    def _file_batches(self, file: Path, topics: Collection[str]) -> Iterator[Batch]:
+    def _file_batches(self, file: Path, topics: Container[str]) -> Iterator[Batch]:
         with ExitStack() as stack:
             if file.exists() and not file.is_file():
                 raise InputError("it is no regular file")

@@ -23,7 +23,8 @@ class Parameter:
     unit
         SI.
     owner
-        ``scene``, ``design`` or ``material``: whose field it is.
+        ``scene``, ``design`` or ``material``: whose field it is; ``log``: it is none of these, but
+        says how what was measured came into the log (see `Trial.simulate`).
     factor
         The default bounds are the start value divided and multiplied by this, or
     margin
@@ -42,6 +43,8 @@ class Parameter:
 
     def of(self, scene: Scene) -> float:
         """Return its value in a scene [SI]."""
+        if self.owner == "log":
+            return 0.0
         owner = {
             "scene": scene,
             "design": scene.design,
@@ -51,6 +54,8 @@ class Parameter:
 
     def put(self, scene: Scene, value: float) -> Scene:
         """Return the scene with another value [SI]."""
+        if self.owner == "log":
+            return scene
         change = {self.name: value}
         if self.owner == "scene":
             return replace(scene, **change)  # type: ignore[arg-type]
@@ -77,6 +82,10 @@ PARAMETERS: Mapping[str, Parameter] = {
         Parameter("beam_length", "m", "design", factor=1.5),
         Parameter("beam_angle", "rad", "design", margin=math.radians(20.0)),
         Parameter("joint_damping", "N*m*s/rad", "design", factor=100.0),
+        Parameter("force_delay", "s", "log", margin=1.0),
+        Parameter("angle_delay", "s", "log", margin=1.0),
+        Parameter("force_bias", "N", "log", margin=1.0),
+        Parameter("angle_bias", "rad", "log", margin=math.radians(20.0)),
     )
 }
 """By name."""
@@ -106,6 +115,14 @@ class FreeParameter:
     def scale(self) -> float:
         """Of the search [SI]: what counts as a change of one."""
         return abs(self.start) or 0.1 * (self.upper - self.lower)
+
+    def value(self, x: float) -> float:
+        """Return what a number of the search stands for [SI]; 1 is the start."""
+        return self.start + self.scale * (x - 1.0)
+
+    def x(self, value: float) -> float:
+        """Return the number of the search that stands for a value [SI]."""
+        return 1.0 + (value - self.start) / self.scale
 
 
 def free_parameters(

@@ -23,6 +23,16 @@ max_error_option = click.option(
     "as 2%, or has a unit. SIGNAL: travel, actuator_force (force), phi (the mean of both sides), "
     "phi_left, phi_right, bending_moment.",
 )
+min_coverage_option = click.option(
+    "--min-coverage",
+    "least_coverage",
+    type=Quantity("", minimum=0.0, maximum=1.0),
+    default="95%",
+    show_default=True,
+    metavar="SHARE",
+    help="How much of the measured signal a simulated one has to cover for a bound on it to be "
+    "kept. No gap may be longer than a fifth of what need not be covered.",
+)
 json_option = click.option("--json", "json_file", type=FILE, help="Write the comparison here.")
 html_option = click.option(
     "--html",
@@ -59,6 +69,7 @@ html_option = click.option(
     help="Also report the signals at this time of the experiment's log; may be repeated.",
 )
 @max_error_option
+@min_coverage_option
 @json_option
 @html_option
 @click.pass_context
@@ -70,6 +81,7 @@ def compare(
     align: str,
     instants: tuple[float, ...],
     max_errors: tuple[str, ...],
+    least_coverage: float,
     json_file: Path | None,
     html_file: Path | None,
 ) -> None:
@@ -84,7 +96,7 @@ def compare(
 
     \b
     Exit code: 0  every bound is kept, those in the experiment file and those of --max-error
-               1  a bound is not kept
+               1  a bound is not kept, or not enough is covered to judge by
                2  bad input: one line says which file, which field and why
 
     \b
@@ -103,6 +115,7 @@ def compare(
         method=align,
         instants=instants,
         bounds=[read_bound(text) for text in max_errors],
+        least_coverage=least_coverage,
     )
     show(result)
     write(result, json_file, html_file)
@@ -113,14 +126,13 @@ def show(result: LogComparison) -> None:
     """Print a comparison."""
     from rich.console import Console
 
+    from hma_gripper_sim.cli.printing import print_line, print_notes, print_tables
     from hma_gripper_sim.comparison.tables import terminal_tables
 
     console = Console()
-    for note in result.notes:
-        console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"{result.alignment}.", markup=False, highlight=False, soft_wrap=True)
-    for table in terminal_tables(result):
-        console.print(table)
+    print_notes(console, result.notes)
+    print_line(console, f"{result.alignment}.")
+    print_tables(console, terminal_tables(result))
 
 
 def write(result: LogComparison, json_file: Path | None, html_file: Path | None) -> None:

@@ -11,7 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
+from hma_gripper_sim.comparison.bounds import BOUND_HEADINGS
 from hma_gripper_sim.comparison.log_comparison import LogComparison
+from hma_gripper_sim.comparison.provenance import Facts, program_version
 from hma_gripper_sim.comparison.report import plain, terminal_table
 from hma_gripper_sim.comparison.signal_errors import Errors, InstantError, SignalErrors
 
@@ -38,11 +40,8 @@ def terminal_tables(result: LogComparison) -> Iterator[Table]:
     if rows:
         yield _table("At the asked instants", INSTANT_HEADINGS, rows, SPREAD)
     if result.verdicts:
-        rows = [
-            (v.bound.name, v.bound.text, v.text, "yes" if v.inside else "NO")
-            for v in result.verdicts
-        ]
-        yield _table("Bounds", ("signal", "largest error allowed", "found", "inside"), rows)
+        rows = [verdict.cells() for verdict in result.verdicts]
+        yield _table("Bounds", BOUND_HEADINGS, rows)
 
 
 def error_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
@@ -78,6 +77,18 @@ def instant_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
         )
 
 
+def stated_facts(result: LogComparison) -> Facts:
+    """Return what was compared, and what was simulated."""
+    return (
+        ("Simulated", result.simulated),
+        ("Experiment", result.experiment),
+        ("Signal map", result.signal_map or "as the node publishes, or as the experiment says"),
+        ("Time", result.alignment),
+        *result.simulation,
+        ("Compared by", program_version()),
+    )
+
+
 def as_json(result: LogComparison) -> dict[str, Any]:
     """Return all there is to a comparison as JSON can hold it; SI."""
     return {
@@ -86,6 +97,9 @@ def as_json(result: LogComparison) -> dict[str, Any]:
         "simulated": result.simulated,
         "experiment": result.experiment,
         "alignment": result.alignment,
+        "signal_map": result.signal_map or None,
+        "simulation": dict(result.simulation),
+        "version": program_version(),
         "notes": list(result.notes),
         "angles": [
             {
@@ -108,6 +122,8 @@ def as_json(result: LogComparison) -> dict[str, Any]:
             signal.name: {
                 "unit": signal.quantity.unit,
                 "largest_measured": signal.largest,
+                "coverage": signal.coverage.share,
+                "largest_gap": signal.coverage.largest_gap,
                 "skipped": signal.skipped,
                 "overall": _errors(signal.overall),
                 "phases": {name: _errors(errors) for name, errors in signal.phases.items()},
@@ -131,6 +147,10 @@ def as_json(result: LogComparison) -> dict[str, Any]:
                 "relative": verdict.bound.relative,
                 "limit": verdict.bound.limit,
                 "largest": _finite(verdict.largest),
+                "coverage": None if verdict.coverage is None else verdict.coverage.share,
+                "least_coverage": verdict.least,
+                "largest_gap": None if verdict.coverage is None else verdict.coverage.largest_gap,
+                "covers": verdict.covers,
                 "inside": verdict.inside,
             }
             for verdict in result.verdicts
@@ -178,7 +198,9 @@ def _table(
     if any(WITHIN in cell for row in rows for cell in row):
         table.caption, table.caption_justify = legend, "left"
     for row in rows:
-        table.add_row(*(escape(cell) for cell in row), style="bold red" if "NO" in row else None)
+        table.add_row(
+            *(escape(cell) for cell in row), style="bold red" if row[-1].startswith("NO") else None
+        )
     return table
 
 

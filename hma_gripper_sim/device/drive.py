@@ -199,7 +199,7 @@ class Drive:
     def follow(self, trajectory: Trajectory, delay: float = 0.0, source: str = "") -> None:
         """Follow a trajectory that starts `delay` seconds from now, from the next tick on.
 
-        Within the limits, the travel at the end of each tick is on the spline to T³ |j| / 24
+        Within the limits, the travel at the end of each tick is on the spline to ``T³ |j| / 24``
         (period T, the spline's third derivative j). A trajectory does not expire: it ends in a
         standstill, which is held.
 

@@ -38,6 +38,10 @@ _ROUND_OFF = 1e-9
 """How far [m] rounding may take the sum of a motion's segments below the start pose."""
 
 
+_LOG_SUFFIXES = (".mcap", ".db3", ".bag", ".zstd", ".active")
+"""Of files that are logs."""
+
+
 def is_experiment(path: str | Path) -> bool:
     """Whether a path is that of an experiment file, or the name of a shipped one; not of a log."""
     return Path(path).suffix in (".yaml", ".yml") or _is_shipped(path)
@@ -63,6 +67,12 @@ def read_experiment(path: str | Path) -> Experiment:
     """
     if _is_shipped(path):
         path = _shipped(Path(path).name)
+    if Path(path).is_dir() or Path(path).suffix in _LOG_SUFFIXES:
+        raise InputError(
+            "is a log: wanted is an experiment file (YAML), with a scene and 'log: {path: ...}', "
+            "as docs/logs.md describes it",
+            source=str(path),
+        )
     try:
         return _experiment(Path(path), _Section(read_yaml(path), ""))
     except InputError as error:

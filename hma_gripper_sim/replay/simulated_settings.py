@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hma_gripper_sim.bags.log_metadata import custom_data
+from hma_gripper_sim.bags.log_metadata import PARAMETERS_KEY
 from hma_gripper_sim.device.parameter_file import read_parameter_file
 from hma_gripper_sim.device.setting_definitions import PLACEMENT_FIELDS
 from hma_gripper_sim.device.settings import Settings
@@ -20,9 +20,6 @@ from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.yaml_reading import config_directory, load_yaml, read_yaml
-
-PARAMETERS_KEY = "hma_gripper_sim.parameters"
-"""Under which a log's metadata hold what it was simulated with, in JSON."""
 
 _SCENE_ONLY = ("accuracy", "gravity")
 """Parameters of a scene that the node leaves at their defaults."""
@@ -113,11 +110,6 @@ def catalogue() -> dict[str, object]:
     """Return the objects that the node knows when it is given its shipped parameter file."""
     parameters = read_parameter_file(config_directory() / "sim_node.yaml")
     return {name: value for name, value in parameters.items() if name.startswith("contours.")}
-
-
-def logged_parameters(path: str | Path) -> dict[str, object]:
-    """Return what the log at `path` says that it was simulated with; empty if it does not say."""
-    return custom_data(path, PARAMETERS_KEY, dict) or {}
 
 
 def metadata(given: Mapping[str, object]) -> dict[str, str]:

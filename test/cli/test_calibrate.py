@@ -84,3 +84,22 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert said in result.stderr
     assert result.stderr.startswith("error: ")
     assert result.stderr.count("\n") == 1
+
+
+def test_what_the_experiment_cannot_tell_is_refused(cup: Path, tmp_path: Path) -> None:
+    """The bounds are so narrow that they say more than the log; the tables show it."""
+    text = cup.read_text().replace("path: log", f"path: {cup.parent / 'log'}")
+    noisy = tmp_path / "noisy.yaml"
+    noisy.write_text(text)
+    file = tmp_path / "found.json"
+    result = run(noisy, "--free", "mu", "--bound", "mu=0.4999..0.5001", "--json", file)
+    assert result.exit_code == 2, result.output
+    assert "Identifiability" in result.output
+    assert "the experiment cannot tell friction: the standard error is comparable" in result.stderr
+    assert json.loads(file.read_text())["parameters"]["friction"]["told"] is False
+
+
+def test_log_in_place_of_an_experiment_is_pointed_out(cup: Path) -> None:
+    result = run(cup.parent / "log", "--free", "mu")
+    assert result.exit_code == 2
+    assert "is a log: wanted is an experiment file (YAML), with a scene and 'log:" in result.stderr

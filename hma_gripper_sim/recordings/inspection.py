@@ -1,0 +1,224 @@
+"""What is in a log: topics, joints, frames and fields, and where the signals may be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hma_gripper_sim.bags.message_batches import Batch, Connection
+from hma_gripper_sim.bags.message_layout import Layout
+from hma_gripper_sim.bags.stored_log import Log
+from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.recordings.signal_sources import Frame, joint_names, transforms
+
+_LOOKED_INTO = 500
+"""Messages of a publisher whose joints, frames and fields are looked up."""
+
+
+@dataclass
+class Sender:
+    """What one publisher, or all whom the recorder did not tell apart, sent on a topic.
+
+    Attributes
+    ----------
+    connection
+        The topic, its type, and who sends.
+    count
+        Messages.
+    first, last
+        When the first and the last were logged [ns].
+    is_stamped
+        Whether they have a header with a stamp.
+    fields
+        Paths of their numbers; arrays end in ``[]``.
+    joints
+        That they name.
+    frames
+        Transforms that they hold, or the frame in their header.
+    unreadable
+        Why they cannot be read; empty if they can.
+    """
+
+    connection: Connection
+    count: int = 0
+    first: int = 2**63 - 1
+    last: int = 0
+    is_stamped: bool = False
+    fields: dict[str, None] = field(default_factory=dict)
+    joints: dict[str, None] = field(default_factory=dict)
+    frames: dict[str, None] = field(default_factory=dict)
+    transforms: dict[Frame, None] = field(default_factory=dict)
+    unreadable: str = ""
+
+    @property
+    def rate(self) -> float:
+        """How many messages there were per second; NaN where that is not known."""
+        return (
+            (self.count - 1) / ((self.last - self.first) * 1e-9)
+            if self.last > self.first
+            else np.nan
+        )
+
+    def take_up(self, batch: Batch) -> None:
+        """Count messages, and look into the first of them."""
+        looked_into = self.count
+        self.count += batch.logged.size
+        self.first = min(self.first, int(batch.logged.min()))
+        self.last = max(self.last, int(batch.logged.max()))
+        for index in range(min(batch.starts.size, _LOOKED_INTO - looked_into)):
+            start = batch.starts[index]
+            self._look_into(batch.data[start : start + batch.sizes[index]].tobytes())
+
+    def _look_into(self, data: bytes) -> None:
+        try:
+            layout = self.connection.layout(data)
+        except InputError as error:
+            self.unreadable = error.reason
+            return
+        except Exception as error:  # a damaged message makes its parser raise almost anything
+            self.unreadable = f"a message cannot be read ({error})"
+            return
+        self.is_stamped |= "header.stamp.sec" in layout.numbers
+        for path, numbers in layout.numbers.items():
+            self.fields.setdefault(path if numbers.length is None else f"{path}[]")
+        self.joints.update(dict.fromkeys(joint_names(layout)))
+        self._take_up_frames(layout)
+
+    def _take_up_frames(self, layout: Layout) -> None:
+        held = transforms(layout)
+        self.transforms.update(dict.fromkeys(held))
+        self.frames.update(dict.fromkeys(map(str, held)))
+        frame = layout.texts.get("header.frame_id")
+        if frame:
+            self.frames.setdefault(str(frame))
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What is in a log.
+
+    Attributes
+    ----------
+    source
+        The log's path.
+    senders
+        By topic.
+    notes
+        What is damaged, missing or cannot be read.
+    """
+
+    source: str
+    senders: tuple[Sender, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """When the first and the last message were logged [ns]; twice 0 without messages."""
+        heard = [sender for sender in self.senders if sender.count]
+        if not heard:
+            return 0, 0
+        return min(sender.first for sender in heard), max(sender.last for sender in heard)
+
+
+def inspect_log(path: str | Path) -> Inspection:
+    """Read all of a log to say what is in it.
+
+    Raises
+    ------
+    InputError
+        The log cannot be read.
+    """
+    log = Log(path)
+    senders: dict[Connection, Sender] = {}
+    for batch in log.batches():
+        for connection, messages in batch.split():
+            senders.setdefault(connection, Sender(connection)).take_up(messages)
+    ordered = sorted(senders.values(), key=lambda sender: sender.connection.topic)
+    silent = log.findings.topics - {sender.connection.topic for sender in ordered}
+    notes = [f"{topic}: no messages" for topic in sorted(silent)]
+    return Inspection(
+        log.source, tuple(ordered), (*log.findings.losses, *log.findings.notes, *notes)
+    )
+
+
+def starter_map(inspection: Inspection) -> str:
+    """Return a signal map to edit: where each signal may be, the likeliest first."""
+    lines = [
+        "# Where the signals may be, guessed from types and names: keep one of each, and check",
+        "# sign, unit and tare. All are positive towards the object (docs/logs.md).",
+    ]
+    for name, guesses in _guesses(inspection).items():
+        if not guesses:
+            lines += ["", f"# {name}: found nothing that it could be"]
+        for index, guess in enumerate(dict.fromkeys(guesses)):
+            mark = "" if index == 0 else "# "
+            lines += [""] if index == 0 else []
+            lines += [f"{mark}{name}: {guess}"]
+    return "\n".join(lines) + "\n"
+
+
+def _guesses(inspection: Inspection) -> dict[str, list[str]]:
+    """Return by signal the entries that may be right, in order."""
+    guesses: dict[str, list[str]] = {
+        name: []
+        for name in ("travel", "velocity_command", "actuator_force", "phi_left", "phi_right")
+    }
+    for rank, name, entry in sorted(_candidates(inspection)):
+        del rank
+        guesses[name].append(entry)
+    return guesses
+
+
+def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
+    """Yield how far-fetched an entry is, the signal, and the entry."""
+    for sender in inspection.senders:
+        topic = _quoted(sender.connection.topic)
+        kind = sender.connection.msgtype.rpartition("/")[2]
+        is_command = any(word in sender.connection.topic for word in ("cmd", "command"))
+        for side in ("left", "right"):
+            for joint in sender.joints:
+                if "phi" in joint and side in joint:
+                    yield 0, f"phi_{side}", _entry(topic, "position", joint=joint)
+            if "phi" in sender.connection.topic and "data[]" in sender.fields:
+                index = int(side == "right")
+                yield 1, f"phi_{side}", _entry(topic, f"data[{index}]", unit="deg")
+        if "position[]" in sender.fields and not is_command:
+            for joint in sender.joints:
+                if "phi" not in joint:
+                    likely = any(word in joint for word in ("slide", "lift", "linear", "prismatic"))
+                    yield 2 - 2 * likely, "travel", _entry(topic, "position", joint=joint)
+        for frame in sender.transforms:
+            link = f"{{parent: {_quoted(frame.parent)}, child: {_quoted(frame.child)}}}"
+            place = f"topic: {topic}, frame: {link}, field: transform.translation.z"
+            yield 3, "travel", f"{{{place}, scale: -1, tare: 0.5 s}}"
+        if "pose.position.z" in sender.fields:
+            yield 1, "travel", _entry(topic, "pose.position.z", scale="-1", tare="0.5 s")
+        if "wrench.force.z" in sender.fields:
+            ours = "actuator" in sender.connection.topic
+            extra = {} if ours else {"scale": "-1", "tare": "0.5 s"}
+            yield int(not ours), "actuator_force", _entry(topic, "wrench.force.z", **extra)
+        if "force" in sender.connection.topic and "data" in sender.fields:
+            yield 2, "actuator_force", _entry(topic, "data", tare="0.5 s")
+        if is_command and "data" in sender.fields and kind.startswith("Float"):
+            yield 0, "velocity_command", _entry(topic, "data")
+        for path in ("twist.linear.z", "linear.z"):
+            if path in sender.fields and is_command:
+                yield 1, "velocity_command", _entry(topic, path, scale="-1")
+
+
+def _entry(topic: str, field_: str, **more: str) -> str:
+    """Return an entry in YAML's flow style."""
+    parts = [f"topic: {topic}", f"field: {_quoted(field_)}"]
+    parts += [f"{key}: {_quoted(value)}" for key, value in more.items()]
+    return "{" + ", ".join(parts) + "}"
+
+
+def _quoted(text: str) -> str:
+    """Return a text as YAML needs it."""
+    plain = all(c.isalnum() or c in "/_.- " for c in text) and text.isascii()
+    if (plain and not text.startswith(("-", " "))) or text == "-1":
+        return text
+    return "'" + text.replace("'", "''") + "'"
