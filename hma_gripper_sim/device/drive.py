@@ -27,7 +27,7 @@ from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.motion.trajectory import Spline, Trajectory
+from hma_gripper_sim.motion.trajectory import Spline, Trajectory, WayPoint
 from hma_gripper_sim.results.observation import observe_instant
 from hma_gripper_sim.results.validity import Finding, findings
 from hma_gripper_sim.simulation.simulation import Simulation, SimulationState
@@ -185,6 +185,16 @@ class Drive:
         self._clamped = self._velocity != velocity
         self._clamps += self._clamped
         self._stale = False
+
+    def go_to(self, travel: float, source: str = "") -> None:
+        """Go to a travel [m], from the next tick on, as fast as the limits allow, and stay there.
+
+        Raises
+        ------
+        InputError
+            It is not finite; nothing changes.
+        """
+        self.follow(Trajectory([WayPoint(time=0.0, position=travel)]), source=source)
 
     def follow(self, trajectory: Trajectory, delay: float = 0.0, source: str = "") -> None:
         """Follow a trajectory that starts `delay` seconds from now, from the next tick on.
