@@ -99,6 +99,7 @@ setup(
         "numba>=0.60",
         "numpy>=1.26",
         "pint>=0.24.4",
+        "platformdirs>=3.0",
         "PyYAML>=6.0",
         "rich>=13.0",
         "rosbags>=0.11",

@@ -14,6 +14,7 @@ tables               the result in the terminal, and for programs
 html_page            the result as one self-contained HTML page
 signal_plots         plots of both courses of a signal and of their difference
 run_plots            plots of a run: force and φ over time, and the gripper closing
+result_text          tables of the terminal and JSON, of any result
 report               comparisons with experiments as text
 ===================  ==============================================================
 """

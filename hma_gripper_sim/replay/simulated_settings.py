@@ -24,7 +24,14 @@ from hma_gripper_sim.yaml_reading import config_directory, load_yaml, read_yaml
 _SCENE_ONLY = ("accuracy", "gravity")
 """Parameters of a scene that the node leaves at their defaults."""
 
-_NO_EFFECT = ("real_time_factor", "publish_clock", "step_ticks", "markers_rate")
+_NO_EFFECT = (
+    "real_time_factor",
+    "publish_clock",
+    "step_ticks",
+    "markers_rate",
+    "prefix",
+    "allow_nonzero_velocity_at_trajectory_end",
+)
 """Parameters of the node that mean nothing offline."""
 
 

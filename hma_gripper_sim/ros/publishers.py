@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
@@ -17,8 +18,11 @@ from hma_gripper_sim.device.arbitration import Arbiter
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.ros.company import Company
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
+from hma_gripper_sim.ros.message_bytes import header_stamp
+from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.ros.state_messages import SerialisedMessage, StateMessages
 from hma_gripper_sim.simulation.simulation import SimulationState
 
@@ -26,6 +30,9 @@ STATE_QOS = QoSProfile(depth=100)
 """A recorder that stalls for a tenth of a second at 1 kHz loses nothing."""
 
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+STAMPS_KEPT = 10_000
+"""Ticks of which it is known that they have been published here."""
 
 DIAGNOSTICS_PERIOD = 1.0
 """Time between two reports on this machine's clock [s]."""
@@ -45,7 +52,7 @@ class Outputs:
     def __init__(self, node: Node, settings: Settings) -> None:
         scene = settings.scenes[settings.contour]
         self._node = node
-        self._state_messages = StateMessages(scene.joint_names)
+        self._state_messages = StateMessages(scene.joint_names, settings.prefix)
         self._joint_states = node.create_publisher(JointState, "joint_states", STATE_QOS)
         self._wrench = node.create_publisher(WrenchStamped, "~/actuator_wrench", STATE_QOS)
         self._phi = node.create_publisher(JointState, "~/phi", STATE_QOS)
@@ -53,16 +60,23 @@ class Outputs:
         self._clock = None
         if settings.publish_clock:
             self._clock = node.create_publisher(Clock, "/clock", STATE_QOS)
+        self._size = len(self._state_messages.joint_states.content)
+        self._stamps: deque[int] = deque(maxlen=STAMPS_KEPT)
         self._clock_message = SerialisedMessage(Clock())
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED_QOS)
-        self._marker_messages = MarkerMessages()
+        self._marker_messages = MarkerMessages(settings.prefix)
         self._drawn: tuple[str, SimulationState] | None = None
         self._markers_due = 0.0
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._reports = Diagnostics(node.get_name(), scene.design)
+        self._reports = Diagnostics(node.get_fully_qualified_name().strip("/"), scene.design)
         self._joints = len(scene.joint_names)
         self._pace = Pace(self._joints)
         self._reported = time.monotonic()
+        self._accounted = 0
+
+    def is_own(self, joint_states: bytes) -> bool:
+        """Whether serialised joint states are among the last that were published here."""
+        return len(joint_states) == self._size and header_stamp(joint_states) in self._stamps
 
     def publish_contour(self, name: str) -> None:
         """Publish which object is in place."""
@@ -72,6 +86,7 @@ class Outputs:
         """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
         messages = self._state_messages
         messages.fill(state, stamp)
+        self._stamps.append(stamp)
         self._joint_states.publish(messages.joint_states.content)
         self._wrench.publish(messages.actuator_wrench.content)
         self._phi.publish(messages.phi.content)
@@ -84,14 +99,21 @@ class Outputs:
         self._pace.add(state, took, moved=moved)
 
     def publish_slow(
-        self, settings: Settings, drive: Drive, arbiter: Arbiter, timeline: Timeline
+        self,
+        settings: Settings,
+        drive: Drive,
+        arbiter: Arbiter,
+        timeline: Timeline,
+        clock: NodeClock,
+        company: Company,
     ) -> None:
-        """Publish markers and diagnostics when their time has come."""
+        """Publish markers and diagnostics when their time has come on this machine's clock."""
         now = time.monotonic()
         if now >= self._markers_due and settings.markers_rate:
             self._markers_due = now + 1.0 / settings.markers_rate
             self._draw(settings, drive, timeline.stamp)
         if now >= self._reported + DIAGNOSTICS_PERIOD:
+            accounted = timeline.accounted(clock.now())
             report = self._reports.report(
                 self._node.get_clock().now().to_msg(),
                 drive.status(),
@@ -103,10 +125,13 @@ class Outputs:
                 period=settings.period,
                 factor=settings.real_time_factor,
                 elapsed=now - self._reported,
+                clock_elapsed=1e-9 * (accounted - self._accounted),
+                clock_problem=clock.problem,
+                company=company.findings,
             )
             self._diagnostics.publish(report)
             self._pace = Pace(self._joints)
-            self._reported = now
+            self._reported, self._accounted = now, accounted
 
     def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:
         """Publish markers where someone listens and something has changed; the last are latched."""

@@ -59,6 +59,13 @@ class SerialisedMessage:
 class StateMessages:
     """The messages of one tick, all with one stamp.
 
+    Parameters
+    ----------
+    joint_names
+        In the order of the states.
+    prefix
+        Of names of joints and frames.
+
     Attributes
     ----------
     joint_states
@@ -70,11 +77,12 @@ class StateMessages:
         rates [rad, rad/s].
     """
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
+    def __init__(self, joint_names: Sequence[str], prefix: str) -> None:
         rows = _placeholders(3, len(joint_names))
         position, velocity, effort = rows.tolist()
+        names = [prefix + name for name in joint_names]
         self.joint_states = SerialisedMessage(
-            JointState(name=list(joint_names), position=position, velocity=velocity, effort=effort)
+            JointState(name=names, position=position, velocity=velocity, effort=effort)
         )
         self._joints = [self.joint_states.view(row) for row in rows]
         rows = _placeholders(2, 2)
@@ -84,7 +92,7 @@ class StateMessages:
         )
         self._phi = [self.phi.view(row) for row in rows]
         wrench = WrenchStamped()
-        wrench.header.frame_id = MOUNT
+        wrench.header.frame_id = prefix + MOUNT
         (force,) = _placeholders(1, 1)
         wrench.wrench.force.z = float(force[0])
         self.actuator_wrench = SerialisedMessage(wrench)
