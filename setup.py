@@ -114,6 +114,8 @@ setup(
             for version, names in JAZZY_WHEELS.items()
             for name in names.split()
         ],
+        # For signal maps that follow a robot's joints.
+        "urdf": ["yourdfpy>=0.0.56"],
         # The linters are exact, so that a new release of theirs cannot fail an old commit.
         "test": [
             "hypothesis>=6.100,<7",

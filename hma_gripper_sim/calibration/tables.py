@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.calibration.fitting import Calibration, Direction
+from hma_gripper_sim.comparison.result_text import result_table
 from hma_gripper_sim.comparison.signal_errors import QUANTITIES
 
 CORRELATED = 0.9
@@ -144,7 +142,7 @@ def as_json(result: Calibration) -> dict[str, Any]:
                 "unit": fitted.free.parameter.unit,
                 "start": fitted.free.start,
                 "value": fitted.value,
-                "standard_error": _finite(fitted.standard_error),
+                "standard_error": fitted.standard_error,
                 "lower": fitted.free.lower,
                 "upper": fitted.free.upper,
                 "at_bound": fitted.at_bound,
@@ -157,7 +155,7 @@ def as_json(result: Calibration) -> dict[str, Any]:
             {
                 "shares": list(direction.shares),
                 "singular_value": direction.singular_value,
-                "standard_error": _finite(direction.standard_error),
+                "standard_error": direction.standard_error,
                 "told": direction.is_told,
             }
             for direction in result.directions
@@ -166,7 +164,7 @@ def as_json(result: Calibration) -> dict[str, Any]:
             delay.name: {
                 "unit": "s",
                 "value": delay.value,
-                "standard_error": _finite(delay.standard_error),
+                "standard_error": delay.standard_error,
                 "matters": delay.matters,
             }
             for delay in result.delays
@@ -189,13 +187,4 @@ def as_json(result: Calibration) -> dict[str, Any]:
 
 
 def _table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for column, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if column else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
-    return table
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return result_table(title, headings, rows, left=headings[:1])

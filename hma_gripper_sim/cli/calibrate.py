@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
@@ -70,6 +69,7 @@ def calibrate(
     from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
     from hma_gripper_sim.cli.compare import write_text
     from hma_gripper_sim.cli.printing import print_notes, print_tables
+    from hma_gripper_sim.comparison.result_text import json_text
     from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.experiments.experiment_file import read_experiment
 
@@ -95,8 +95,7 @@ def calibrate(
     print_tables(console, terminal_tables(result))
     print_notes(console, (*measured.notes, *remarks(result)))
     if json_file:
-        text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(json_file, text + "\n")
+        write_text(json_file, json_text(as_json(result)))
     if result.untold:
         raise InputError(
             f"the experiment cannot tell {' and '.join(result.untold)}: the standard error is "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -138,10 +137,10 @@ def show(result: LogComparison) -> None:
 def write(result: LogComparison, json_file: Path | None, html_file: Path | None) -> None:
     """Write a comparison to the files that are asked for."""
     if json_file:
+        from hma_gripper_sim.comparison.result_text import json_text
         from hma_gripper_sim.comparison.tables import as_json
 
-        text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(json_file, text + "\n")
+        write_text(json_file, json_text(as_json(result)))
     if html_file:
         from hma_gripper_sim.comparison.html_page import html_page  # matplotlib is slow to import
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from hma_gripper_sim.bags.log_metadata import logged_parameters, read_remarks
-from hma_gripper_sim.comparison.alignment import align_recordings
+from hma_gripper_sim.comparison.alignment import align_recordings, estimated_delay
 from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
 from hma_gripper_sim.comparison.bounds import Bound, Verdict
 from hma_gripper_sim.comparison.coverage import ENOUGH
 from hma_gripper_sim.comparison.experiment_criteria import Comparison, align, compare
 from hma_gripper_sim.comparison.phases import Phases, find_phases
 from hma_gripper_sim.comparison.provenance import Facts, simulation_facts
-from hma_gripper_sim.comparison.signal_errors import SignalErrors, signal_errors
+from hma_gripper_sim.comparison.signal_errors import QUANTITIES, SignalErrors, signal_errors
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.experiments.experiment_file import is_experiment, read_experiment
@@ -24,6 +24,9 @@ from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.recording import Recording
 from hma_gripper_sim.recordings.run_figures import Run
 from hma_gripper_sim.recordings.signal_map import SignalMap
+
+_LEAST_DELAY, _BETTER = 0.02, 0.8
+"""A delay of a signal [s] that is worth a note, and the share of its RMSE that is then left."""
 
 _RELATIVE_TO_0 = (
     "the measured signal is 0 throughout (a dead or tared sensor?), so that no error is relative "
@@ -223,8 +226,24 @@ def compare_recordings(
         verdicts=tuple(
             _judge_signal(bound, signals, experiment.source, least_coverage) for bound in bounds
         ),
-        notes=_notes(simulated, experiment, signals),
+        notes=(*_notes(simulated, experiment, signals), *_delays(moved, experiment)),
     )
+
+
+def _delays(simulated: Recording, experiment: Recording) -> Iterator[str]:
+    """Yield which measured signals would be met better if they were taken to be late."""
+    for name in ("actuator_force", "phi_left", "phi_right"):
+        if name not in simulated.signals or name not in experiment.signals:
+            continue
+        found = estimated_delay(simulated[name], experiment[name])
+        if found is None or abs(found[0]) < _LEAST_DELAY or found[1] > _BETTER:
+            continue
+        delay, left = found
+        yield (
+            f"{QUANTITIES[name].label}: would be met better, with {100.0 * left:.2g} % of its "
+            f"RMSE, if it came {abs(delay):.2g} s {'late' if delay > 0.0 else 'early'} in the "
+            f"experiment's log: are its clocks apart ('delay: {delay:.2g} s' in the signal map)?"
+        )
 
 
 def compare_instants(

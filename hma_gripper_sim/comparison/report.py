@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich import box
 from rich.table import Table
 
 from hma_gripper_sim.comparison.experiment_criteria import Comparison
+from hma_gripper_sim.comparison.result_text import json_text, result_table
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.recordings.run_figures import FIGURES
 
@@ -39,20 +37,9 @@ class Result:
 
 def terminal_table(title: str, comparisons: Sequence[Comparison]) -> Table:
     """Return comparisons as a table for a rich console."""
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for heading in HEADINGS[:-1]:
-        numeric = heading in ("simulated", "error")
-        table.add_column(heading, justify="right" if numeric else "left", no_wrap=True)
-    table.add_column(HEADINGS[-1])
-    for comparison in comparisons:
-        style = None if comparison.inside else "bold red"
-        table.add_row(*cells(comparison), style=style)
-    return table
+    rows = [cells(comparison) for comparison in comparisons]
+    words = ("figure", "expected", "inside", "source")
+    return result_table(title, HEADINGS, rows, left=words, wrapped="source")
 
 
 def write_report(directory: Path, results: Sequence[Result]) -> None:
@@ -62,8 +49,7 @@ def write_report(directory: Path, results: Sequence[Result]) -> None:
         "passed": all(result.passed for result in results),
         "experiments": [_plain(directory, result) for result in results],
     }
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    (directory / "report.json").write_text(text + "\n", encoding="utf-8")
+    (directory / "report.json").write_text(json_text(content), encoding="utf-8")
 
 
 def cells(comparison: Comparison) -> tuple[str, ...]:
@@ -140,17 +126,12 @@ def plain(comparison: Comparison) -> dict[str, object]:
         "figure": criterion.figure,
         "time": criterion.time,
         "unit": FIGURES[criterion.figure].unit,
-        "value": _finite(comparison.value),
+        "value": comparison.value,
         "expected": criterion.expected,
-        "relative_error": _finite(comparison.relative_error),
-        "lower": _finite(criterion.lower),
-        "upper": _finite(criterion.upper),
+        "relative_error": comparison.relative_error,
+        "lower": criterion.lower,
+        "upper": criterion.upper,
         "judged": comparison.judged,
         "inside": comparison.inside,
         "source": criterion.source,
     }
-
-
-def _finite(value: float | None) -> float | None:
-    """Return `value`, or None (JSON's null) for what JSON cannot hold."""
-    return value if value is not None and math.isfinite(value) else None

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
@@ -15,6 +13,7 @@ from hma_gripper_sim.comparison.bounds import BOUND_HEADINGS
 from hma_gripper_sim.comparison.log_comparison import LogComparison
 from hma_gripper_sim.comparison.provenance import Facts, program_version
 from hma_gripper_sim.comparison.report import plain, terminal_table
+from hma_gripper_sim.comparison.result_text import result_table
 from hma_gripper_sim.comparison.signal_errors import Errors, InstantError, SignalErrors
 
 ERROR_HEADINGS = ("signal", "over", "RMSE", "largest", "at", "bias", "relative", "spread")
@@ -105,11 +104,11 @@ def as_json(result: LogComparison) -> dict[str, Any]:
             {
                 "time": row.time,
                 "unit": "rad",
-                "simulated": _finite(row.simulated),
+                "simulated": row.simulated,
                 "left": row.left,
                 "right": row.right,
                 "average": row.average,
-                "relative_error": _finite(row.relative_error),
+                "relative_error": row.relative_error,
                 "spread": row.spread,
                 "verdict": row.verdict,
             }
@@ -130,10 +129,10 @@ def as_json(result: LogComparison) -> dict[str, Any]:
                 "instants": [
                     {
                         "time": instant.time,
-                        "simulated": _finite(instant.simulated),
-                        "measured": _finite(instant.measured),
-                        "relative_error": _finite(instant.relative),
-                        "spread": _finite(instant.spread),
+                        "simulated": instant.simulated,
+                        "measured": instant.measured,
+                        "relative_error": instant.relative,
+                        "spread": instant.spread,
                         "within_spread": instant.within_spread,
                     }
                     for instant in signal.instants
@@ -146,7 +145,7 @@ def as_json(result: LogComparison) -> dict[str, Any]:
                 "signal": verdict.bound.name,
                 "relative": verdict.bound.relative,
                 "limit": verdict.bound.limit,
-                "largest": _finite(verdict.largest),
+                "largest": verdict.largest,
                 "coverage": None if verdict.coverage is None else verdict.coverage.share,
                 "least_coverage": verdict.least,
                 "largest_gap": None if verdict.coverage is None else verdict.coverage.largest_gap,
@@ -191,18 +190,7 @@ def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
 def _table(
     title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]], legend: str = ""
 ) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        text = heading in ("signal", "over", "object")
-        table.add_column(heading, justify="left" if text else "right", no_wrap=heading != "object")
+    table = result_table(title, headings, rows, left=("signal", "over", "object"), wrapped="object")
     if any(WITHIN in cell for row in rows for cell in row):
         table.caption, table.caption_justify = legend, "left"
-    for row in rows:
-        table.add_row(
-            *(escape(cell) for cell in row), style="bold red" if row[-1].startswith("NO") else None
-        )
     return table
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None

@@ -175,7 +175,9 @@ def _log(path: Path, section: _Section) -> ExperimentLog:
     if "signals" in section:
         given = section.value("signals")
         if isinstance(given, dict):
-            signal_map = SignalMap.from_mapping(given, field=section.name("signals"))
+            signal_map = SignalMap.from_mapping(
+                given, field=section.name("signals"), folder=path.parent
+            )
         else:
             signal_map = SignalMap.from_yaml(path.parent / section.text("signals"))
     uncertainties: dict[str, float] = {}

@@ -62,7 +62,8 @@ def assemble(
         if left_out is not None:
             findings.note(f"{signal.topic}: {signal.name}: {left_out}")
             stamps, value = stamps[kept], value[kept]
-        return _finite(signal, stamps, _si(signal, stamps, value), findings)
+        stamps, value = _finite(signal, stamps, _si(signal, stamps, value), findings)
+        return stamps - round(signal.delay * 1e9), value
     except InputError as error:
         reason = f"{signal.name}: {error.reason}"
         raise InputError(reason, field=signal.topic, source=error.source) from None

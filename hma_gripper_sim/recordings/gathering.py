@@ -19,6 +19,7 @@ from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.recordings.signal_map import Signal
 from hma_gripper_sim.recordings.signal_sources import (
     FloatArray,
+    Frame,
     LackingError,
     Place,
     joint_names,
@@ -47,6 +48,8 @@ class Samples:
         Messages about other joints or frames.
     others
         Some of those.
+    frames
+        Transforms in them.
     lacking
         Messages about the signal's joint or frame that do not hold it.
     lack
@@ -65,6 +68,7 @@ class Samples:
     is_stamped: bool = False
     passed_over: int = 0
     others: set[str] = field(default_factory=set)
+    frames: set[Frame] = field(default_factory=set)
     lacking: int = 0
     lack: str = ""
     is_wrong: bool = False
@@ -82,6 +86,7 @@ class _Plan:
     stamps: tuple[int | None, ...]
     order: str
     others: frozenset[str]
+    frames: frozenset[Frame]
     joints: frozenset[str]
 
 
@@ -135,6 +140,7 @@ class Gatherer:
                 if place is None:
                     sample.passed_over += chosen.size
                     sample.others |= plan.others
+                    sample.frames |= plan.frames
                     continue
                 if isinstance(place, InputError):
                     sample.lacking += chosen.size
@@ -198,11 +204,19 @@ class Gatherer:
             else None
             for signal, place in zip(self._signals, places, strict=True)
         )
-        others = {str(frame) for frame in transforms(layout)}
+        frames = frozenset(transforms(layout))
+        others = set(map(str, frames))
         others.update(joint_names(layout))
         joints = frozenset(joint_names(layout))
         return _Plan(
-            template.copy(), layout.fixed, places, stamps, layout.order, frozenset(others), joints
+            template.copy(),
+            layout.fixed,
+            places,
+            stamps,
+            layout.order,
+            frozenset(others),
+            frames,
+            joints,
         )
 
     def _damaged(self, reason: str, logged: int) -> InputError:

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
+from rich import box
+from rich.markup import escape
+from rich.table import Table
 
-from hma_gripper_sim.bags.message_batches import Batch, Connection
+from hma_gripper_sim.bags.message_batches import Batch, Connection, shown
 from hma_gripper_sim.bags.message_layout import Layout
 from hma_gripper_sim.bags.stored_log import Log
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.errors import InputError, first_line, printable
 from hma_gripper_sim.recordings.signal_sources import Frame, joint_names, transforms
+
+_LISTED = 12
+"""Joints, frames and fields that a table names of each topic."""
+
+_GUESSED = 6
+"""Places of a signal that a starter map names."""
 
 _LOOKED_INTO = 500
 """Messages of a publisher whose joints, frames and fields are looked up."""
@@ -37,7 +48,9 @@ class Sender:
     joints
         That they name.
     frames
-        Transforms that they hold, or the frame in their header.
+        Transforms that they hold, and the frames in their headers, as text.
+    transforms
+        Transforms that they hold.
     unreadable
         Why they cannot be read; empty if they can.
     """
@@ -62,6 +75,20 @@ class Sender:
             else np.nan
         )
 
+    @property
+    def content(self) -> str:
+        """What is in the messages, in words."""
+        parts = [f"cannot be read: {self.unreadable}"] if self.unreadable else []
+        for name, entries in (
+            ("joints", self.joints),
+            ("frames", self.frames),
+            ("fields", self.fields),
+        ):
+            if entries:
+                listed = ", ".join([*entries][:_LISTED])
+                parts.append(f"{name}: {listed}" + (", …" if len(entries) > _LISTED else ""))
+        return "; ".join(parts)
+
     def take_up(self, batch: Batch) -> None:
         """Count messages, and look into the first of them."""
         looked_into = self.count
@@ -79,10 +106,12 @@ class Sender:
             self.unreadable = error.reason
             return
         except Exception as error:  # a damaged message makes its parser raise almost anything
-            self.unreadable = f"a message cannot be read ({error})"
+            self.unreadable = f"a message is damaged ({first_line(error)})"
             return
         self.is_stamped |= "header.stamp.sec" in layout.numbers
         for path, numbers in layout.numbers.items():
+            if path.startswith("header."):
+                continue
             self.fields.setdefault(path if numbers.length is None else f"{path}[]")
         self.joints.update(dict.fromkeys(joint_names(layout)))
         self._take_up_frames(layout)
@@ -144,6 +173,40 @@ def inspect_log(path: str | Path) -> Inspection:
     )
 
 
+def heading(inspection: Inspection) -> str:
+    """Return the time span in words."""
+    first, last = inspection.span
+    count = sum(sender.count for sender in inspection.senders)
+    begin = datetime.fromtimestamp(first // 10**9, tz=timezone.utc).isoformat(sep=" ")
+    return (
+        f"{inspection.source}: {count} messages in {(last - first) * 1e-9:.6g} s, logged from "
+        f"{shown(first)} ({begin}) to {shown(last)}"
+    )
+
+
+def inspection_table(inspection: Inspection) -> Table:
+    """Return topics, and what is in their messages, as a table for a rich console."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for name in ("topic", "type", "publisher", "messages", "Hz", "stamped"):
+        numeric = name in ("messages", "Hz")
+        table.add_column(name, justify="right" if numeric else "left", no_wrap=True)
+    table.add_column("joints, frames, fields")
+    for sender in inspection.senders:
+        connection = sender.connection
+        several = connection.publishers > 1
+        cells = (
+            connection.topic,
+            connection.msgtype,
+            f"{connection.publishers} together" if several else connection.publisher,
+            str(sender.count),
+            "" if np.isnan(sender.rate) else f"{sender.rate:.4g}",
+            "yes" if sender.is_stamped else "no",
+            sender.content,
+        )
+        table.add_row(*(escape(printable(cell)) for cell in cells))
+    return table
+
+
 def starter_map(inspection: Inspection) -> str:
     """Return a signal map to edit: where each signal may be, the likeliest first."""
     lines = [
@@ -153,7 +216,7 @@ def starter_map(inspection: Inspection) -> str:
     for name, guesses in _guesses(inspection).items():
         if not guesses:
             lines += ["", f"# {name}: found nothing that it could be"]
-        for index, guess in enumerate(dict.fromkeys(guesses)):
+        for index, guess in enumerate([*dict.fromkeys(guesses)][:_GUESSED]):
             mark = "" if index == 0 else "# "
             lines += [""] if index == 0 else []
             lines += [f"{mark}{name}: {guess}"]
@@ -166,16 +229,20 @@ def _guesses(inspection: Inspection) -> dict[str, list[str]]:
         name: []
         for name in ("travel", "velocity_command", "actuator_force", "phi_left", "phi_right")
     }
-    for rank, name, entry in sorted(_candidates(inspection)):
-        del rank
+    for _, name, entry in sorted(_candidates(inspection)):
         guesses[name].append(entry)
     return guesses
 
 
 def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
     """Yield how far-fetched an entry is, the signal, and the entry."""
+    senders = Counter((s.connection.file, s.connection.topic) for s in inspection.senders)
     for sender in inspection.senders:
         topic = _quoted(sender.connection.topic)
+        if senders[sender.connection.file, sender.connection.topic] > 1:
+            topic += f", publisher: {_quoted(sender.connection.publisher)}"
+        elif sender.connection.publishers > 1 and not sender.joints and not sender.transforms:
+            topic += ", publisher: any"
         kind = sender.connection.msgtype.rpartition("/")[2]
         is_command = any(word in sender.connection.topic for word in ("cmd", "command"))
         for side in ("left", "right"):
@@ -203,10 +270,10 @@ def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
         if "force" in sender.connection.topic and "data" in sender.fields:
             yield 2, "actuator_force", _entry(topic, "data", tare="0.5 s")
         if is_command and "data" in sender.fields and kind.startswith("Float"):
-            yield 0, "velocity_command", _entry(topic, "data")
+            yield 0, "velocity_command", _entry(topic, "data", optional="true")
         for path in ("twist.linear.z", "linear.z"):
             if path in sender.fields and is_command:
-                yield 1, "velocity_command", _entry(topic, path, scale="-1")
+                yield 1, "velocity_command", _entry(topic, path, scale="-1", optional="true")
 
 
 def _entry(topic: str, field_: str, **more: str) -> str:

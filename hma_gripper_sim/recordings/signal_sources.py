@@ -15,6 +15,13 @@ from hma_gripper_sim.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
+POSE_FIELDS = tuple(
+    f"transform.{part}.{axis}"
+    for part, axes in (("translation", "xyz"), ("rotation", "xyzw"))
+    for axis in axes
+)
+"""The numbers of a transform."""
+
 _JOINT_NAMES = ("name", "joint_names")
 """Fields that name the joints of the arrays beside them, in sensor_msgs and in control_msgs."""
 
@@ -127,6 +134,79 @@ class Field:
 
 
 @dataclass(frozen=True)
+class Along:
+    """The component of a vector along a direction: of the force of a tilted sensor, for example.
+
+    Parameters
+    ----------
+    field
+        Dotted path of the vector, which has ``x``, ``y`` and ``z``, such as ``wrench.force``.
+    direction
+        Unit vector.
+    frame
+        The message holds transforms, and the field is one of this transform's.
+    """
+
+    field: str
+    direction: tuple[float, float, float]
+    frame: Frame | None = None
+
+    @property
+    def subject(self) -> str:
+        """The frame, or the vector."""
+        return repr(self.field) if self.frame is None else f"frame {self.frame}"
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Of the vector's components."""
+        return tuple(f"{self.field}.{axis}" for axis in "xyz")
+
+    def locate(self, layout: Layout) -> Place | None:
+        """Find the components."""
+        places = [Field(path, frame=self.frame).locate(layout) for path in self.paths]
+        found = [place for place in places if place is not None]
+        return _together(found) if found else None
+
+    def value(self, numbers: FloatArray) -> FloatArray:
+        """Return the component."""
+        component: FloatArray = numbers @ np.array(self.direction)
+        return component
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A pose that the joints of a robot make up; no message holds it (see `pose_chains`).
+
+    Parameters
+    ----------
+    field
+        Of the pose, as of a transform: ``transform.translation.z``.
+    file
+        The robot's description (URDF).
+    parent, child
+        Links of it: the pose of `child` in `parent`.
+    """
+
+    field: str
+    file: str
+    parent: str
+    child: str
+
+    @property
+    def subject(self) -> str:
+        """The links."""
+        return f"link {self.child!r} in {self.parent!r}"
+
+    def locate(self, layout: Layout) -> Place | None:
+        """Return that no message holds it."""
+        return None
+
+    def value(self, numbers: FloatArray) -> FloatArray:
+        """Return the number itself."""
+        return numbers[:, 0]
+
+
+@dataclass(frozen=True)
 class LargestMagnitude:
     """The largest absolute entry of an array, of all joints but one.
 
@@ -157,10 +237,7 @@ class LargestMagnitude:
         if not kept:
             raise LackingError(f"a message has no {self.field!r} of a joint but {self.without!r}")
         places = [_joint_place(layout, self.field, names, index) for index in kept]
-        return places[0]._replace(
-            paths=tuple(place.paths[0] for place in places),
-            offsets=tuple(place.offsets[0] for place in places),
-        )
+        return _together(places)
 
     def value(self, numbers: FloatArray) -> FloatArray:
         """Return the largest magnitude."""
@@ -201,6 +278,14 @@ def _transform(layout: Layout, frame: Frame) -> int | None:
 def _bare(frame: str) -> str:
     """Return a frame's name without the slash that ROS 1 put in front."""
     return frame.removeprefix("/")
+
+
+def _together(places: Sequence[Place]) -> Place:
+    """Return the places of several numbers of one message as one."""
+    return places[0]._replace(
+        paths=tuple(place.paths[0] for place in places),
+        offsets=tuple(place.offsets[0] for place in places),
+    )
 
 
 def _joint_place(layout: Layout, field: str, names: Sequence[str], index: int) -> Place:

@@ -27,9 +27,9 @@ def initialise_ros(arguments: Sequence[str]) -> None:
         An argument or a parameter file cannot be read; rcl's own message, reduced to the file
         and the reason.
     """
-    refuse_stray(remove_ros_args(list(arguments))[1:])
     set_logger_level("rcl", LoggingSeverity.FATAL)  # it would print a line of its own
     try:
+        refuse_stray(remove_ros_args(list(arguments))[1:])
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         text = " ".join(str(error).split())

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Duration, Time
@@ -20,30 +19,17 @@ from hma_gripper_sim.device.arbitration import (
     VelocityCommand,
 )
 from hma_gripper_sim.device.settings import Points, Settings
+from hma_gripper_sim.device.topics import (
+    CMD_VELOCITY,
+    COMMANDS,
+    JOINT_COMMANDS,
+    JOINT_TRAJECTORY,
+    NodeTopic,
+)
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.motion.trajectory import Trajectory, WayPoint
 from hma_gripper_sim.results.robot_description import MOUNT
-
-
-@dataclass(frozen=True)
-class Source:
-    """A topic that commands the drive.
-
-    Attributes
-    ----------
-    name
-        Of the topic, below the node's own name.
-    kind
-        Type of its messages.
-    read
-        Returns what a message commands, with the node's settings; raises `InputError` if that
-        cannot be used.
-    """
-
-    name: str
-    kind: type
-    read: Callable[[Any, Settings], Command]
 
 
 def read_number(message: Float64, _: Settings) -> Command:
@@ -111,12 +97,16 @@ def read_outline(message: PolygonStamped, settings: Settings) -> Points:
     return tuple((point.x, up * point.z) for point in message.polygon.points)
 
 
-SOURCES = (
-    Source("cmd_velocity", Float64, read_number),
-    Source("commands", Float64MultiArray, read_array),
-    Source("joint_commands", JointState, read_joint_state),
-    Source("joint_trajectory", JointTrajectory, read_trajectory),
-)
+READERS: Mapping[NodeTopic, Callable[[Any, Settings], Command]] = {
+    CMD_VELOCITY: read_number,
+    COMMANDS: read_array,
+    JOINT_COMMANDS: read_joint_state,
+    JOINT_TRAJECTORY: read_trajectory,
+}
+"""Return what a message of a topic commands, with the node's settings.
+
+They raise `InputError` if that cannot be used.
+"""
 
 
 def nanoseconds(time: Time | Duration) -> int:

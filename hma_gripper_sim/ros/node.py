@@ -22,11 +22,13 @@ from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import OUTLINE, Settings
 from hma_gripper_sim.device.tick_schedule import MAX_LAG_NS, MAX_SIMULATED_LAG_NS, Timeline
+from hma_gripper_sim.device.topics import OUTLINES, NodeTopic
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.ros.company import Company
-from hma_gripper_sim.ros.inputs import SOURCES, Source, read_outline
+from hma_gripper_sim.ros.inputs import READERS, read_outline
 from hma_gripper_sim.ros.listener import Listener
+from hma_gripper_sim.ros.message_types import message_type
 from hma_gripper_sim.ros.node_clock import NodeClock
 from hma_gripper_sim.ros.parameters import refuse_two_clocks, whole_numbers_as_declared
 from hma_gripper_sim.ros.publishers import Outputs
@@ -56,7 +58,7 @@ class SimNode:
         self._settings = settings
         self._drive = drive
         self._mailbox = mailbox
-        self._arbiter = Arbiter(drive, [source.name for source in SOURCES])
+        self._arbiter = Arbiter(drive, [_source(topic) for topic in READERS])
         self._timeline = Timeline(
             settings.period_ns, settings.real_time_factor, is_clock=settings.publish_clock
         )
@@ -71,9 +73,10 @@ class SimNode:
         )
         self._reported = drive.status()
 
-        for source in SOURCES:
-            Listener(node, source.kind, f"~/{source.name}", partial(self._on_command, source))
-        Listener(node, PolygonStamped, "~/outline", self._on_outline)
+        for topic in READERS:
+            on_command = partial(self._on_command, topic)
+            Listener(node, message_type(topic), topic.relative, on_command)
+        Listener(node, PolygonStamped, OUTLINES.relative, self._on_outline)
         node.create_service(Trigger, "~/reset", self._on_reset)
         node.create_service(SetBool, "~/pause", self._on_pause)
         node.create_service(Trigger, "~/step", self._on_step)
@@ -85,12 +88,12 @@ class SimNode:
 
     # What ROS asks for; these run in the callbacks' thread.
 
-    def _on_command(self, source: Source, message: Any, info: Mapping[str, int]) -> None:
-        self._company.note_command(f"~/{source.name}", info)
+    def _on_command(self, topic: NodeTopic, message: Any, info: Mapping[str, int]) -> None:
+        self._company.note_command(topic.relative, info)
         try:
-            call = partial(self._take, source.name, source.read(message, self._settings))
+            call = partial(self._take, _source(topic), READERS[topic](message, self._settings))
         except InputError as error:
-            call = partial(self._reject, source.name, error)
+            call = partial(self._reject, _source(topic), error)
         self._mailbox.post(call)
 
     def _on_outline(self, message: PolygonStamped, _: Mapping[str, int]) -> None:
@@ -248,3 +251,8 @@ class SimNode:
         if now.at_limit and not before.at_limit:
             log.warning("travel limit reached", throttle_duration_sec=1.0)
         self._reported = now
+
+
+def _source(topic: NodeTopic) -> str:
+    """Return what a topic is called where a source of commands is named."""
+    return topic.relative.removeprefix("~/")

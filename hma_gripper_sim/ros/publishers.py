@@ -5,25 +5,32 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import WrenchStamped
+import numpy as np
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from visualization_msgs.msg import MarkerArray
 
 from hma_gripper_sim.device.arbitration import Arbiter
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.device.topics import (
+    CLOCK,
+    CONTOUR,
+    DIAGNOSTICS,
+    JOINT_STATES,
+    MARKERS,
+    NodeTopic,
+)
 from hma_gripper_sim.ros.company import Company
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
 from hma_gripper_sim.ros.message_bytes import header_stamp
+from hma_gripper_sim.ros.message_types import message_type
 from hma_gripper_sim.ros.node_clock import NodeClock
-from hma_gripper_sim.ros.state_messages import SerialisedMessage, StateMessages
+from hma_gripper_sim.ros.state_messages import StateMessages, template
 from hma_gripper_sim.simulation.simulation import SimulationState
 
 STATE_QOS = QoSProfile(depth=100)
@@ -53,21 +60,20 @@ class Outputs:
         scene = settings.scenes[settings.contour]
         self._node = node
         self._state_messages = StateMessages(scene.joint_names, settings.prefix)
-        self._joint_states = node.create_publisher(JointState, "joint_states", STATE_QOS)
-        self._wrench = node.create_publisher(WrenchStamped, "~/actuator_wrench", STATE_QOS)
-        self._phi = node.create_publisher(JointState, "~/phi", STATE_QOS)
-        self._contour = node.create_publisher(String, "~/contour", LATCHED_QOS)
-        self._clock = None
-        if settings.publish_clock:
-            self._clock = node.create_publisher(Clock, "/clock", STATE_QOS)
-        self._size = len(self._state_messages.joint_states.content)
+        self._states = [
+            (_publisher(node, topic, STATE_QOS), message)
+            for topic, message in self._state_messages.by_topic.items()
+        ]
+        self._contour = _publisher(node, CONTOUR, LATCHED_QOS)
+        self._clock = _publisher(node, CLOCK, STATE_QOS) if settings.publish_clock else None
+        self._size = len(self._state_messages.by_topic[JOINT_STATES].content)
         self._stamps: deque[int] = deque(maxlen=STAMPS_KEPT)
-        self._clock_message = SerialisedMessage(Clock())
-        self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED_QOS)
+        self._clock_message = template(Clock(), np.empty((0, 0)))
+        self._markers = _publisher(node, MARKERS, LATCHED_QOS)
         self._marker_messages = MarkerMessages(settings.prefix)
         self._drawn: tuple[str, SimulationState] | None = None
         self._markers_due = 0.0
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = _publisher(node, DIAGNOSTICS, QoSProfile(depth=10))
         self._reports = Diagnostics(node.get_fully_qualified_name().strip("/"), scene.design)
         self._joints = len(scene.joint_names)
         self._pace = Pace(self._joints)
@@ -84,12 +90,10 @@ class Outputs:
 
     def publish_state(self, state: SimulationState, stamp: int) -> None:
         """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
-        messages = self._state_messages
-        messages.fill(state, stamp)
+        self._state_messages.fill(state, stamp)
         self._stamps.append(stamp)
-        self._joint_states.publish(messages.joint_states.content)
-        self._wrench.publish(messages.actuator_wrench.content)
-        self._phi.publish(messages.phi.content)
+        for publisher, message in self._states:
+            publisher.publish(message.content)
         if self._clock is not None:
             self._clock_message.stamp(*divmod(stamp, 1_000_000_000))
             self._clock.publish(self._clock_message.content)
@@ -145,3 +149,7 @@ class Outputs:
         self._marker_messages.fill(scene, drive.state, drive.snapshot(), stamp)
         self._markers.publish(self._marker_messages.message)
         self._drawn = picture
+
+
+def _publisher(node: Node, topic: NodeTopic, qos: QoSProfile) -> Publisher:
+    return node.create_publisher(message_type(topic), topic.relative, qos)

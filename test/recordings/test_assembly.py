@@ -47,6 +47,16 @@ def test_unit_scale_tare_and_offset_apply_in_this_order() -> None:
     assert (stamps[0], stamps[-1]) == (START, START + 3 * SECOND // 10)
 
 
+def test_delay_is_taken_from_the_stamps() -> None:
+    """Of a wrench whose clock is half a second ahead."""
+    entry = signal(delay="500 ms", time="header")
+    stamps, value = assemble(entry, [(connection(), said([1.0, 2.0]))], findings())
+    assert stamps.tolist() == [START - SECOND // 2, START - SECOND // 2 + SECOND // 10]
+    assert value.tolist() == [1.0, 2.0]
+    with pytest.raises(InputError, match=r"actuator_force.delay: must be at most 3600 s"):
+        signal(delay="2 h")
+
+
 def test_two_publishers_are_refused_unless_the_map_says_which() -> None:
     def parts() -> Any:
         return [

@@ -23,12 +23,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hma_gripper_sim.ros.inputs import SOURCES, read_outline
+from hma_gripper_sim.ros.inputs import READERS, read_outline
 
 SETTINGS = Settings.parse({})
 PREFIXED = Settings.parse({"prefix": "left_"})
 MOVING_END = Settings.parse({"allow_nonzero_velocity_at_trajectory_end": True})
-READ = {source.name: source.read for source in SOURCES}
+READ = {topic.relative.removeprefix("~/"): read for topic, read in READERS.items()}
 STAMP = Header(stamp=Time(sec=3, nanosec=5))
 
 

@@ -15,6 +15,7 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
     from rclpy.serialization import deserialize_message
     from sensor_msgs.msg import JointState
 
+    from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
     from hma_gripper_sim.ros.state_messages import StateMessages
 
     scene = Scene(GripperDesign.thesis_2013(), Circle(0.015), clearance=0.001, offset=0.001)
@@ -24,9 +25,9 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
         simulation.step(0.1, 0.02)
         state = simulation.state()
         messages.fill(state, stamp)
-        joints = deserialize_message(messages.joint_states.content, JointState)
-        phi = deserialize_message(messages.phi.content, JointState)
-        wrench = deserialize_message(messages.actuator_wrench.content, WrenchStamped)
+        joints = deserialize_message(messages.by_topic[JOINT_STATES].content, JointState)
+        phi = deserialize_message(messages.by_topic[PHI].content, JointState)
+        wrench = deserialize_message(messages.by_topic[ACTUATOR_WRENCH].content, WrenchStamped)
         for message in (joints, phi, wrench):
             time = message.header.stamp
             assert time.sec * 1_000_000_000 + time.nanosec == stamp

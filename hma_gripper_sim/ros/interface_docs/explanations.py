@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hma_gripper_sim.device.topics import TOPICS
+
 INTRODUCTION = """
 # The ROS 2 interface of sim_node
 
@@ -14,34 +16,7 @@ object, angles counter-clockwise in the drawing plane (x to the right, z up).
 """
 
 MEANINGS = {
-    # Taken.
-    "~/cmd_velocity": "Velocity of the prismatic joint [m/s].",
-    "~/commands": "The same, one element: what ros2_control's forward and velocity controllers "
-    "take, so that their clients can be remapped to the node.",
-    "~/joint_commands": "The same: velocity of the entry `slide`, wherever it stands; where that "
-    "is left out or NaN, its position [m], which is gone to as fast as the limits allow, and kept. "
-    "From topic-based ros2_control hardware, and from arms that command positions.",
-    "~/joint_trajectory": "Positions and/or velocities (and accelerations) of `slide`, "
-    "interpolated as joint_trajectory_controller does. A new trajectory replaces the old; one "
-    "without points stops.",
-    "~/outline": "Outline of an object as a camera sees it: x and z [m], the gripper's axis at "
-    "x = 0, z up. It becomes the object `outline`. Convex up to noise; at most 32 corners are "
-    "kept. In the frame `gripper_mount` z points towards the object; other frames are refused.",
-    # Published.
-    "joint_states": "`slide` (m, m/s, N: the actuator force), then all revolute joints (rad, "
-    "rad/s, N m: the moment of the spring-damper), in a fixed order. Every tick.",
-    "~/actuator_wrench": "`force.z`: force with which the actuator pushes towards the object, "
-    "in the frame `gripper_mount`; -0.0444 N while the gripper hangs free. Every tick.",
-    "~/phi": "`phi_left`, `phi_right`: angle between the top beam and a side beam, and its rate. "
-    "Every tick.",
-    "~/contour": "Name of the object in place.",
-    "~/markers": "Gripper, object and contact forces (0.05 m per N), in `gripper_mount`, for "
-    "RViz and Foxglove. At `markers_rate` while someone listens.",
-    "/diagnostics": "See [Diagnostics](#diagnostics). Once a second.",
-    # Either.
-    "/clock": "Published every tick with `publish_clock`, listened to with `use_sim_time`; "
-    "otherwise neither.",
-    # Served.
+    **{topic.relative: topic.meaning for topic in TOPICS},
     "~/select_contour/NAME": "Put that object in place; refused, with the reason, while it would "
     "overlap the gripper.",
     "~/reset": "Back to the start pose, at rest and without a command; ends a solver failure.",

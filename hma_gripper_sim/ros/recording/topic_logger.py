@@ -7,15 +7,12 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PolygonStamped, WrenchStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray, String
-from trajectory_msgs.msg import JointTrajectory
+from std_msgs.msg import Float64, String
 
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.bags.topic import Topic
@@ -31,6 +28,7 @@ from hma_gripper_sim.device.topics import (
 )
 from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.ros.message_bytes import header_stamp
+from hma_gripper_sim.ros.message_types import message_type
 
 _QUEUE = 10_000
 """Messages that wait while this process is busy: none may be lost."""
@@ -39,17 +37,6 @@ _ENDLESS = 2**63
 
 _SLIDE_ENTRY = SLIDE.encode() + b"\0"
 """In serialised joint states that hold the joint, whatever its prefix."""
-
-_MESSAGES = {
-    "diagnostic_msgs/msg/DiagnosticArray": DiagnosticArray,
-    "geometry_msgs/msg/PolygonStamped": PolygonStamped,
-    "geometry_msgs/msg/WrenchStamped": WrenchStamped,
-    "sensor_msgs/msg/JointState": JointState,
-    "std_msgs/msg/Float64": Float64,
-    "std_msgs/msg/Float64MultiArray": Float64MultiArray,
-    "std_msgs/msg/String": String,
-    "trajectory_msgs/msg/JointTrajectory": JointTrajectory,
-}
 
 
 class Recorder:
@@ -89,7 +76,7 @@ class Recorder:
         self._names = {topic: topic_of(name, topic).name for topic in topics}
         self._subscriptions = {
             topic: self._node.create_subscription(
-                _MESSAGES[topic.msgtype], self._names[topic], _not_called, _qos(topic), raw=True
+                message_type(topic), self._names[topic], _not_called, _qos(topic), raw=True
             )
             for topic in topics
         }
