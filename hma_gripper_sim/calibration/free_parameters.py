@@ -9,6 +9,8 @@ from typing import cast
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.model.gripper import GripperDesign, Material
+from hma_gripper_sim.model.numbers import declared_numbers
 from hma_gripper_sim.units import typed_quantity
 
 
@@ -66,22 +68,32 @@ class Parameter:
         return replace(scene, design=replace(design, **change))  # type: ignore[arg-type]
 
 
+_OWNERS = {"scene": Scene, "design": GripperDesign, "material": Material}
+
+
+def _declared(owner: str, name: str, **bounds: float) -> Parameter:
+    """Return a declared number as a parameter; its own range holds unless bounds say otherwise."""
+    number = declared_numbers(_OWNERS[owner])[name]
+    ranges = {"minimum": number.minimum, "maximum": number.maximum}
+    return Parameter(name, number.unit, owner, **{**ranges, **bounds})
+
+
 PARAMETERS: Mapping[str, Parameter] = {
     parameter.name: parameter
     for parameter in (
-        Parameter("friction", "", "scene", margin=3.0, minimum=0.0, maximum=3.0),
-        Parameter("clearance", "m", "scene", margin=5e-3, minimum=0.0),
-        Parameter("offset", "m", "scene", margin=5e-3),
-        Parameter("normal_stiffness", "N/m", "scene", factor=100.0),
-        Parameter("normal_damping", "N*s/m", "scene", factor=100.0),
-        Parameter("youngs_modulus", "Pa", "material", factor=5.0),
-        Parameter("density", "kg/m^3", "material", factor=5.0),
-        Parameter("width", "m", "design", factor=2.0),
-        Parameter("height", "m", "design", factor=5.0),
-        Parameter("top_length", "m", "design", factor=1.5),
-        Parameter("beam_length", "m", "design", factor=1.5),
-        Parameter("beam_angle", "rad", "design", margin=math.radians(20.0)),
-        Parameter("joint_damping", "N*m*s/rad", "design", factor=100.0),
+        _declared("scene", "friction", margin=3.0, maximum=3.0),
+        _declared("scene", "clearance", margin=5e-3),
+        _declared("scene", "offset", margin=5e-3),
+        _declared("scene", "normal_stiffness", factor=100.0),
+        _declared("scene", "normal_damping", factor=100.0),
+        _declared("material", "youngs_modulus", factor=5.0),
+        _declared("material", "density", factor=5.0),
+        _declared("design", "width", factor=2.0),
+        _declared("design", "height", factor=5.0),
+        _declared("design", "top_length", factor=1.5),
+        _declared("design", "beam_length", factor=1.5),
+        _declared("design", "beam_angle", margin=math.radians(20.0)),
+        _declared("design", "joint_damping", factor=100.0),
         Parameter("force_delay", "s", "log", margin=1.0),
         Parameter("angle_delay", "s", "log", margin=1.0),
         Parameter("force_bias", "N", "log", margin=1.0),

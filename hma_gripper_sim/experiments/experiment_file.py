@@ -27,7 +27,8 @@ from hma_gripper_sim.experiments.experiment import (
 )
 from hma_gripper_sim.model.contours.shapes import contour_from_mapping
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import CONTACTS
+from hma_gripper_sim.model.numbers import declared_numbers
+from hma_gripper_sim.model.scene import CONTACTS, SceneDescription
 from hma_gripper_sim.recordings.run_figures import FIGURES, Figure
 from hma_gripper_sim.recordings.signal_map import SIGNAL_UNITS, SignalMap
 from hma_gripper_sim.units import choice, quantity
@@ -121,6 +122,9 @@ class _Section:
     def quantity(self, key: str, unit: str, **bounds: Any) -> float:
         return quantity(self.value(key), unit, field=self.name(key), **bounds)
 
+    def declared(self, key: str, owner: Any) -> float:
+        return declared_numbers(owner)[key].check(self.value(key), self.name(key))
+
     def section(self, key: str) -> _Section:
         return _Section(self.value(key), self.name(key))
 
@@ -163,8 +167,8 @@ def _experiment(path: Path, file: _Section) -> Experiment:
         source=file.text("source"),
         contour_name=_name(contour),
         contour=contour_from_mapping(shape, field=contour.path),
-        clearance=scene.quantity("clearance", "m", minimum=0.0),
-        friction=scene.quantity("friction", "", minimum=0.0),
+        clearance=scene.declared("clearance", SceneDescription),
+        friction=scene.declared("friction", SceneDescription),
         contact=choice(scene.value("contact"), CONTACTS, field=scene.name("contact")),
         design=GripperDesign.from_yaml(design_file) if design_file else GripperDesign.thesis_2013(),
         design_file=design_file,

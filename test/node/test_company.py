@@ -130,3 +130,29 @@ def test_whole_numbers_are_taken_where_floats_are_meant(start_node, connect):
     assert "expected type" not in refused.reason.lower()
     assert not client.set_parameter("friction", -1).successful
     assert not client.set_parameter("step_ticks", 1.5).successful
+
+
+def test_two_grippers_side_by_side_share_no_name(start_node, connect):
+    """One in the namespace `left`, with a prefix; the other plain. An arm reads both."""
+    from geometry_msgs.msg import WrenchStamped
+
+    left = start_node("-r", "__ns:=/left", prefix="left_", real_time_factor=2.0)
+    client = connect(start_node())
+    left.wait_until_ready()
+    reports = client.listen(DiagnosticArray, "/diagnostics")
+    states = client.listen(JointState, "/left/joint_states")
+    wrenches = client.listen(WrenchStamped, "/left/hma_gripper_sim/actuator_wrench")
+    commands = client.publisher(JointState, "/left/hma_gripper_sim/joint_commands")
+    client.wait(lambda: states and wrenches)
+    assert list(states[0].name) == [f"left_{name}" for name in client.joints[0].name]
+    assert wrenches[0].header.frame_id == "left_gripper_mount"
+    commands.publish(JointState(name=["left_slide"], position=[0.003]))
+    client.wait(lambda: states[-1].position[0] == pytest.approx(0.003, abs=1e-9))
+    assert client.joints[-1].position[0] == 0.0  # the other one has not moved
+
+    def parts():
+        return {(s.name.split(": ")[0], s.hardware_id) for r in reports for s in r.status}
+
+    client.wait(lambda: len(parts()) == 2)
+    names = {"hma_gripper_sim", "left/hma_gripper_sim"}
+    assert parts() == {(name, name) for name in names}

@@ -181,8 +181,11 @@ def test_others_that_publish_the_joint_are_not_taken_for_the_node(start_node, be
         lambda: JointState(name=["slide"], position=[0.0], **numbers),
     )
     with GripperClient() as gripper:
+        end = time.monotonic() + PATIENCE
+        while not publisher.get_subscription_count():
+            assert time.monotonic() < end, "they have not found each other"
+            time.sleep(0.01)
         gripper.move_to(0.01, speed=0.05)
-        assert publisher.get_subscription_count()
         for _ in range(4):
             gripper.move(0.002, speed=0.05)
         gripper.hold(0.1)
