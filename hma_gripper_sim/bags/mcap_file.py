@@ -221,7 +221,7 @@ class McapFile:
             raise InputError(f"{name}: {first_line(error)}") from None
         size = len(content)
         if size > chunk.uncompressed_size:
-            raise InputError(f"{name}: has more than {chunk.uncompressed_size} bytes, its claim")
+            raise InputError(f"{name}: has more bytes than the {chunk.uncompressed_size} it claims")
         if chunk.uncompressed_crc not in (0, zlib.crc32(content)):  # 0: not stated
             raise InputError(f"{name}: crc validation failed: damaged")
         data = np.frombuffer(content, dtype=np.uint8)

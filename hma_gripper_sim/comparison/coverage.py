@@ -51,6 +51,8 @@ def coverage(simulated: Series, measured: Series) -> Coverage:
     wanted = known_at(measured, middle)
     both = wanted & known_at(simulated, middle)
     span = float(length[wanted].sum())
+    if span == 0.0:  # of single samples
+        return Coverage(float(known_at(simulated, measured.time).mean()), 0.0, span)
     if not both.any():
         return Coverage(0.0, 0.0, span)
     first, last = (int(end) for end in np.flatnonzero(both)[[0, -1]])

@@ -43,6 +43,13 @@ _LOG_SUFFIXES = (".mcap", ".db3", ".bag", ".zstd", ".active")
 """Of files that are logs."""
 
 
+def _is_log(path: Path) -> bool:
+    """Whether a path is by its name that of a log, or of a directory with one."""
+    if path.is_dir():
+        return any(entry.suffix in _LOG_SUFFIXES for entry in path.iterdir())
+    return path.suffix in _LOG_SUFFIXES
+
+
 def is_experiment(path: str | Path) -> bool:
     """Whether a path is that of an experiment file, or the name of a shipped one; not of a log."""
     return Path(path).suffix in (".yaml", ".yml") or _is_shipped(path)
@@ -68,7 +75,7 @@ def read_experiment(path: str | Path) -> Experiment:
     """
     if _is_shipped(path):
         path = _shipped(Path(path).name)
-    if Path(path).is_dir() or Path(path).suffix in _LOG_SUFFIXES:
+    if _is_log(Path(path)):
         raise InputError(
             "is a log: wanted is an experiment file (YAML), with a scene and 'log: {path: ...}', "
             "as docs/logs.md describes it",

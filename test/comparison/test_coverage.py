@@ -52,3 +52,9 @@ def test_signal_is_known_at_its_samples_and_between_near_ones() -> None:
     times = np.array([-0.1, 0.0, 0.5, 2.0, 2.5, 9.0, 9.5, 11.0])
     known = known_at(series(0.0, 1.0, 2.0, 9.0, 10.0), times)
     assert known.tolist() == [False, True, True, True, False, True, True, False]
+
+
+def test_single_sample_is_covered_or_not() -> None:
+    assert coverage(MEASURED, series(3.0)).is_enough(ENOUGH)
+    assert coverage(series(3.0), series(3.0)).is_enough(ENOUGH)
+    assert not coverage(MEASURED, series(15.0)).is_enough(ENOUGH)
