@@ -48,7 +48,7 @@ ARGUMENTS = {
         "frame world.",
     ),
     "rviz": ("false", "Start RViz, and with it robot_state_publisher."),
-    "use_sim_time": ("false", "Take the time from /clock."),
+    "use_sim_time": ("", "Take the time from /clock, all of them; empty: as in params_file."),
 }
 """Those that are no parameters of the node alone: default and description."""
 
@@ -75,7 +75,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     for package, wanted in (("robot_state_publisher", description), ("rviz2", rviz)):
         if wanted:
             require(package)
-    use_sim_time = {"use_sim_time": is_true(told, "use_sim_time")}
+    use_sim_time = {"use_sim_time": is_true(told, "use_sim_time")} if told["use_sim_time"] else {}
     urdf = robot_description(context, given) if description else ""
     started = [
         node(

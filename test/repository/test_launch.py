@@ -65,6 +65,12 @@ def urdf(installed, monkeypatch):
     return calls
 
 
+def parameters(node):
+    """Names of the parameters that a node is given beside its file."""
+    given = [group for group in node._Node__parameters if isinstance(group, dict)]
+    return {"".join(part.text for part in name) for group in given for name in group}
+
+
 def packages(nodes):
     return [node.node_package for node in nodes]
 
@@ -84,6 +90,12 @@ def test_it_starts_what_is_asked_for(launch, urdf, words, expected) -> None:
 def test_every_parameter_of_the_node_is_an_argument(launch) -> None:
     names = {argument.name for argument in launch.description.get_launch_arguments()}
     assert names >= {*FIELDS, "use_sim_time", "namespace", "name", "params_file"}
+
+
+def test_the_clock_is_the_parameter_files_unless_it_is_told(launch, urdf) -> None:
+    for words, expected in ((), 0), (("use_sim_time:=true",), 3):
+        nodes = launch("rviz:=true", *words)
+        assert sum("use_sim_time" in parameters(node) for node in nodes) == expected
 
 
 def test_the_description_is_that_of_what_the_node_is_told(launch, urdf) -> None:

@@ -176,7 +176,8 @@ ros2 run hma_gripper_sim sim_node --ros-args --enclave /hma_gripper_sim
 
 The policy knows the objects of the shipped parameter file. For others add a service
 `~/select_contour/NAME` each; in a namespace, change `ns`. Who commands the node needs a policy of
-its own that allows publishing to the command topics.
+its own that allows publishing to the command topics. To find out whether others publish its joints
+the node would listen to `joint_states`, which the policy does not grant either.
 
 ## What was checked, and what was not
 
