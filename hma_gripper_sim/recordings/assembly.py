@@ -22,6 +22,9 @@ _TURNS, _SETS = 3, 3
 """How often publishers take turns where they do: one that is started anew does so less often. And
 the sets of joints that they then name: where these are many, they do not tell publishers apart."""
 
+_BLOCK = 2**17
+"""Samples in which jumps are looked for at a time."""
+
 _FEWEST_JUMPS, _JUMPS = 5, 0.01
 """Jumps of a signal to another course and back that are no outliers: at least, and as a share."""
 
@@ -151,17 +154,23 @@ def count_jumps(value: FloatArray) -> int:
     That is by more than a twentieth of its range and five times what it usually does in two
     sample periods: noise does not do it, and single outliers are few.
     """
-    value = value[np.isfinite(value)]
-    if value.size < _FEWEST_JUMPS + 2:
-        return 0
     with np.errstate(over="ignore", invalid="ignore"):
-        steps = np.diff(value)
-        usual = float(np.median(np.abs(value[2:] - value[:-2])))
-        least = max(0.05 * float(np.ptp(value)), 5.0 * usual)
-        there, back = steps[:-1], steps[1:]
-        opposite = np.sign(there) != np.sign(back)
-        far = (np.abs(there) > least) & (np.abs(back) > least)
-    return int(np.count_nonzero(opposite & far))
+        room = float(np.fmax.reduce(value) - np.fmin.reduce(value))
+        return sum(
+            _jumps_in(value[begin : begin + _BLOCK + 2], 0.05 * room)
+            for begin in range(0, value.size, _BLOCK)
+        )
+
+
+def _jumps_in(value: FloatArray, least: float) -> int:
+    value = value[np.isfinite(value)]
+    if value.size < _FEWEST_JUMPS:
+        return 0
+    steps = np.diff(value)
+    least = max(least, 5.0 * float(np.median(np.abs(value[2:] - value[:-2]))))
+    there, back = steps[:-1], steps[1:]
+    opposite = np.sign(there) != np.sign(back)
+    return int(np.count_nonzero(opposite & (np.abs(there) > least) & (np.abs(back) > least)))
 
 
 def _names_its_own(signal: Signal) -> bool:
@@ -207,10 +216,12 @@ def _joined(
     Of several publishers it is the order of their stamps.
     """
     stamps = np.concatenate([np.frombuffer(samples.stamps, np.int64) for samples in told])
-    logged = np.concatenate([np.frombuffer(samples.logged, np.int64) for samples in told])
-    value = np.concatenate([np.frombuffer(samples.values, np.float64) for samples in told])
     for samples in told:  # they may be much of the memory
-        samples.stamps, samples.logged, samples.values = array("q"), array("q"), array("d")
+        samples.stamps = array("q")
+    value = np.concatenate([np.frombuffer(samples.values, np.float64) for samples in told])
+    logged = np.concatenate([part for samples in told for part in samples.logged])
+    for samples in told:
+        samples.values, samples.logged = array("d"), []
     several = len(told) > 1 and signal.publisher == ANY_PUBLISHER
     by = stamps if several else logged
     if (np.diff(by) < 0).any():

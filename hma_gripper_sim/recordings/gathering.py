@@ -41,7 +41,7 @@ class Samples:
     values
         As in the log, shape (n,).
     logged
-        When each was logged [ns], shape (n,).
+        When each was logged [ns]: arrays to be put together, which signals share.
     is_stamped
         Whether the stamps are from the messages: not all of them have one.
     passed_over
@@ -64,7 +64,7 @@ class Samples:
 
     stamps: array[int] = field(default_factory=lambda: array("q"))  # grows in place
     values: array[float] = field(default_factory=lambda: array("d"))
-    logged: array[int] = field(default_factory=lambda: array("q"))
+    logged: list[Ints] = field(default_factory=list)
     is_stamped: bool = False
     passed_over: int = 0
     others: set[str] = field(default_factory=set)
@@ -158,7 +158,7 @@ class Gatherer:
         for k, sample in enumerate(self.samples):
             if found[k].any():
                 sample.stamps.frombytes(stamps[k][found[k]].tobytes())
-                sample.logged.frombytes(batch.logged[found[k]].tobytes())
+                sample.logged.append(batch.logged if found[k].all() else batch.logged[found[k]])
                 sample.values.frombytes(values[k][found[k]].tobytes())
                 if len(self._joints) > 1:
                     _count_turns(sample, among[found[k]], [*self._joints])

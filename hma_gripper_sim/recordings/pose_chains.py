@@ -200,7 +200,7 @@ def _course(channels: Sequence[Sequence[Part]]) -> _Course:
             lacks = [s.lack for _, s in parts if isinstance(s, Samples) and s.lack]
             raise InputError(lacks[0] if lacks else "a part of the chain is told by no message")
         stamps.append(np.concatenate([np.frombuffer(s.stamps, np.int64) for s in told]))
-        logged.append(np.concatenate([np.frombuffer(s.logged, np.int64) for s in told]))
+        logged.append(np.concatenate([part for s in told for part in s.logged]))
         values.append(np.concatenate([np.frombuffer(s.values, np.float64) for s in told]))
     table = np.column_stack(values)
     _, kept = np.unique(stamps[0], return_index=True)
@@ -296,6 +296,6 @@ def _samples(signal: Signal, base: _Course, poses: Poses | None) -> Samples:
         raise TypeError(f"{source!r} is of no pose")
     samples = Samples(is_stamped=signal.clock == "header")
     samples.stamps = array("q", base.stamps.tobytes())
-    samples.logged = array("q", base.logged.tobytes())
+    samples.logged = [base.logged]
     samples.values = array("d", np.ascontiguousarray(values, dtype=np.float64).tobytes())
     return samples

@@ -25,7 +25,7 @@ def signal(name: str = "actuator_force", **entry: Any) -> Any:
 def said(values: list[float], seconds: list[float] | None = None, **samples: Any) -> Samples:
     times = seconds if seconds is not None else [0.1 * i for i in range(len(values))]
     stamps = array("q", [START + round(second * SECOND) for second in times])
-    logged = array("q", samples.pop("logged", range(len(values))))
+    logged = [np.array(samples.pop("logged", range(len(values))), dtype=np.int64)]
     return Samples(stamps, array("d", values), logged, is_stamped=True, **samples)
 
 
