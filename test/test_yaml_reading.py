@@ -71,7 +71,8 @@ LAUGHS = "a0: &a0 [lol, lol]\n" + "".join(
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[" * 3000, "nested more than 50 levels deep"),
+        ("[" * 60 + "1" + "]" * 60, "nested more than 50 levels deep"),
+        ("[" * 3000, "nested more than 50 levels deep|exceeded maximum nesting depth"),
         ("".join(f"{' ' * i}a:\n" for i in range(100)), "nested more than 50 levels deep"),
         (LAUGHS, "its aliases stand for more than"),
         ("a: &a [*a]", "an alias refers to what it is a part of"),

@@ -18,11 +18,13 @@ from hma_gripper_sim.errors import InputError
 
 _PIECE = 2**20
 
-_EXPANSION = 1000
-"""How many times its size a file that is compressed as a whole may have."""
+_EXPANSION, _MOST_AT_FIRST = 1000, 2**25
+"""How many times its packed size content may have, and bytes that any may have: more is a bomb."""
 
-_MOST_AT_FIRST = 2**26
-"""Bytes that any such file may have."""
+
+def most_content(packed: int) -> int:
+    """Return how many bytes so many packed ones may stand for."""
+    return max(_MOST_AT_FIRST, _EXPANSION * packed)
 
 
 def lz4_content(data: bytes, most: int) -> bytes:
@@ -47,9 +49,10 @@ def zstd_content(data: bytes, most: int) -> bytes:
 
 def zstd_message(data: bytes) -> bytes:
     """Decompress one message; raise `InputError` if it is too large to be one."""
-    content = zstd_content(data, LARGEST)
-    if len(content) > LARGEST:
-        raise InputError(f"a message decompresses to more than {LARGEST} bytes")
+    most = min(LARGEST, most_content(len(data)))
+    content = zstd_content(data, most)
+    if len(content) > most:
+        raise InputError(f"a message decompresses to more than {most} bytes")
     return content
 
 
@@ -68,7 +71,7 @@ class InflatedFile:
         self._reader = zstandard.ZstdDecompressor().stream_reader(
             stream, read_across_frames=True, closefd=False
         )
-        self._left = max(_MOST_AT_FIRST, _EXPANSION * size)
+        self._left = most_content(size)
 
     def read(self, size: int = -1) -> bytes:
         """Return the next bytes; raise `InputError` if they are more than anyone would write."""

@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema, Statistics
 
 from hma_gripper_sim.bags.byte_kernels import PREFIX
-from hma_gripper_sim.bags.decompression import lz4_content, zstd_content
+from hma_gripper_sim.bags.decompression import lz4_content, most_content, zstd_content
 from hma_gripper_sim.bags.mcap_parsing import Records, column, parse, scan, size_behind
 from hma_gripper_sim.bags.message_batches import (
     LARGEST,
@@ -213,7 +213,7 @@ class McapFile:
         name = f"chunk at {where}, {_span(chunk)}"
         if chunk.compression not in _DECOMPRESSORS:
             raise InputError(f"{name}: unknown compression {chunk.compression!r}")
-        if chunk.uncompressed_size > LARGEST:
+        if chunk.uncompressed_size > min(LARGEST, most_content(len(chunk.data))):
             raise InputError(f"{name}: claims to have {chunk.uncompressed_size} bytes")
         try:
             content = _DECOMPRESSORS[chunk.compression](chunk.data, chunk.uncompressed_size)
@@ -306,7 +306,7 @@ def _partial_chunk(data: bytes) -> Chunk | None:
 def _begin(chunk: Chunk) -> bytes:
     """Return the first bytes of the content of a chunk that breaks off."""
     decompress = _DECOMPRESSORS.get(chunk.compression)
-    size = min(chunk.uncompressed_size, LARGEST)
+    size = min(chunk.uncompressed_size, LARGEST, most_content(len(chunk.data)))
     try:
         return decompress(chunk.data, size)[:size] if decompress else b""
     except Exception:  # damaged as well

@@ -33,6 +33,9 @@ LARGEST = 2**28
 _LONGEST_DEFINITION, _MOST_LINES = 2**18, 4000
 """Characters, and lines that say something, of a type's definition with all that is in it."""
 
+_CHECKED_AT_ONCE = 2**14
+"""Characters of a definition that is read whether anything is wanted of its topic or not."""
+
 _MOST_DECLARED = 2000
 """Entries of a type (see `least_entries`): `rosbags` takes a second for so many, and it grows."""
 
@@ -234,6 +237,8 @@ class Findings:
     def add(self, connection: Connection) -> None:
         """Take up a connection; note it if its messages cannot be read."""
         self.topics.add(connection.topic)
+        if len(connection.definition) > _CHECKED_AT_ONCE:
+            return  # that it cannot be read is said where it is wanted
         try:
             _ = connection.typestore
         except InputError as error:

@@ -19,7 +19,7 @@ from rosbags.rosbag1.reader import (
     read_uint32,
 )
 
-from hma_gripper_sim.bags.decompression import bz2_content, lz4_content
+from hma_gripper_sim.bags.decompression import bz2_content, lz4_content, most_content
 from hma_gripper_sim.bags.message_batches import (
     LARGEST,
     ROS1,
@@ -196,7 +196,10 @@ class BagFile:
             self._is_open = True
             if compression == "none":
                 return []
-            data, size, whole = self._read(LARGEST), LARGEST, False
+            data, whole = self._read(LARGEST), False
+            size = min(LARGEST, most_content(len(data)))
+        if size > most_content(len(data)):
+            raise ReaderError(f"a chunk of {len(data)} bytes claims to stand for {size}")
         content = _DECOMPRESSORS[compression](data, _bounded(size))
         if whole and len(content) != size:
             raise ReaderError(f"a chunk has not the {size} bytes that it claims to have")

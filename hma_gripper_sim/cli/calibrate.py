@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hma_gripper_sim.cli.option_types import FILE
 from hma_gripper_sim.cli.replay import travel_tolerance_option
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.calibration.fitting import Calibration
+    from hma_gripper_sim.experiments.experiment import Experiment
 
 
 @click.command()
@@ -66,7 +71,7 @@ def calibrate(
     from hma_gripper_sim.calibration.fitting import calibrate
     from hma_gripper_sim.calibration.free_parameters import free_parameters
     from hma_gripper_sim.calibration.observations import trial
-    from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
+    from hma_gripper_sim.calibration.tables import remarks, terminal_tables
     from hma_gripper_sim.cli.compare import write_text
     from hma_gripper_sim.cli.printing import print_notes, print_tables
     from hma_gripper_sim.comparison.result_text import json_text
@@ -95,7 +100,7 @@ def calibrate(
     print_tables(console, terminal_tables(result))
     print_notes(console, (*measured.notes, *remarks(result)))
     if json_file:
-        write_text(json_file, json_text(as_json(result)))
+        write_text(json_file, json_text(_as_json(experiment, read, result)))
     if result.untold:
         raise InputError(
             f"the experiment cannot tell {' and '.join(result.untold)}: the standard error is "
@@ -105,3 +110,18 @@ def calibrate(
             source=str(experiment),
         )
     ctx.exit(0 if result.converged else 1)
+
+
+def _as_json(path: Path, experiment: Experiment, result: Calibration) -> dict[str, Any]:
+    """Return what was found, and from where the search started."""
+    from hma_gripper_sim.calibration.tables import as_json
+    from hma_gripper_sim.comparison.provenance import program_version, simulation_facts
+    from hma_gripper_sim.experiments.node_parameters import node_parameters
+    from hma_gripper_sim.replay.simulated_settings import flat
+
+    return {
+        "experiment": str(path),
+        "start": dict(simulation_facts(flat(node_parameters([experiment])))),
+        "version": program_version(),
+        **as_json(result),
+    }

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from rich.table import Table
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.comparison.experiment_criteria import Comparison
+from hma_gripper_sim.comparison.provenance import Facts, program_version, simulation_facts
 from hma_gripper_sim.comparison.result_text import json_text, result_table
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.recordings.run_figures import FIGURES
@@ -96,12 +98,18 @@ def _markdown(directory: Path, results: Sequence[Result]) -> str:
             "",
             *(f"- {remark}" for remark in result.remarks),
             "",
-            f"Log: `{result.log.relative_to(directory)}`",
+            *(f"- {term}: {text}" for term, text in _facts(result)),
+            "",
+            f"Log: `{result.log.relative_to(directory)}` ({program_version()})",
             "",
             *(f"![{p.stem}]({p.relative_to(directory).as_posix()})" for p in result.pictures),
             "",
         ]
     return "\n".join(lines)
+
+
+def _facts(result: Result) -> Facts:
+    return simulation_facts(logged_parameters(result.log))
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -114,6 +122,8 @@ def _plain(directory: Path, result: Result) -> dict[str, object]:
         "source": result.experiment.source,
         "log": str(result.log.relative_to(directory)),
         "passed": result.passed,
+        "simulation": dict(_facts(result)),
+        "version": program_version(),
         "comparisons": [plain(comparison) for comparison in result.comparisons],
         "remarks": list(result.remarks),
     }

@@ -11,6 +11,8 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from hma_gripper_sim.errors import printable
+
 
 def result_table(
     title: str,
@@ -38,7 +40,7 @@ def result_table(
         )
     for row in rows:
         bad = any(cell == "NO" or cell.startswith("NO:") for cell in row)
-        table.add_row(*map(escape, row), style="bold red" if bad else None)
+        table.add_row(*(escape(printable(cell)) for cell in row), style="bold red" if bad else None)
     return table
 
 

@@ -25,9 +25,6 @@ _LISTED = 12
 _GUESSED = 6
 """Places of a signal that a starter map names."""
 
-_LOOKED_INTO = 500
-"""Messages of a publisher whose joints, frames and fields are looked up."""
-
 
 @dataclass
 class Sender:
@@ -53,6 +50,8 @@ class Sender:
         Transforms that they hold.
     unreadable
         Why they cannot be read; empty if they can.
+    effort
+        What looking into messages may still take: 100 each, and 1 for every number.
     """
 
     connection: Connection
@@ -65,6 +64,7 @@ class Sender:
     frames: dict[str, None] = field(default_factory=dict)
     transforms: dict[Frame, None] = field(default_factory=dict)
     unreadable: str = ""
+    effort: int = 50_000
 
     @property
     def rate(self) -> float:
@@ -91,23 +91,26 @@ class Sender:
 
     def take_up(self, batch: Batch) -> None:
         """Count messages, and look into the first of them."""
-        looked_into = self.count
         self.count += batch.logged.size
         self.first = min(self.first, int(batch.logged.min()))
         self.last = max(self.last, int(batch.logged.max()))
-        for index in range(min(batch.starts.size, _LOOKED_INTO - looked_into)):
-            start = batch.starts[index]
-            self._look_into(batch.data[start : start + batch.sizes[index]].tobytes())
+        for start, size in zip(batch.starts.tolist(), batch.sizes.tolist(), strict=True):
+            if self.effort <= 0:
+                break
+            self._look_into(batch.data[start : start + size].tobytes())
 
     def _look_into(self, data: bytes) -> None:
+        self.effort -= 100
         try:
             layout = self.connection.layout(data)
         except InputError as error:
-            self.unreadable = error.reason
+            self.effort, self.unreadable = 0, error.reason
             return
         except Exception as error:  # a damaged message makes its parser raise almost anything
+            self.effort = 0
             self.unreadable = f"a message is damaged ({first_line(error)})"
             return
+        self.effort -= len(layout.numbers)
         self.is_stamped |= "header.stamp.sec" in layout.numbers
         for path, numbers in layout.numbers.items():
             if path.startswith("header."):

@@ -364,6 +364,18 @@ def test_chunk_that_expands_beyond_its_size_is_refused(
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
+def test_chunk_that_claims_to_expand_beyond_reason_is_refused(tmp_path: Path) -> None:
+    """Some kilobytes that stand for 128 MiB of zeros, and say so."""
+    size = 2**27
+    content = chunk(
+        zstandard.ZstdCompressor().compress(bytes(size)), size=size, compression=b"zstd"
+    )
+    path = tmp_path / "log.mcap"
+    path.write_bytes(MAGIC + content)
+    with pytest.raises(InputError, match=f"claims to have {size} bytes"):
+        read_recording(path)
+
+
 SEPARATOR = "=" * 80 + "\n"
 BOMBS = {
     "100,000 fields": "string[] name\n" + "\n".join(f"float64 f{i}" for i in range(100_000)),

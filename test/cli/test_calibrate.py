@@ -51,6 +51,8 @@ def test_the_friction_of_a_log_is_found(cup: Path, tmp_path: Path) -> None:
     assert found["converged"]
     friction = found["parameters"]["friction"]
     assert friction["start"] == 0.5
+    assert found["start"]["Friction"] == "0.5"
+    assert found["version"].startswith("hma_gripper_sim ")
     assert friction["value"] == pytest.approx(0.7, abs=2e-3)
     force = found["signals"]["actuator_force"]
     assert force["rmse_after"] < 0.02 * force["rmse_before"]
