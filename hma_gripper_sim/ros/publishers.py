@@ -38,7 +38,7 @@ STATE_QOS = QoSProfile(depth=100)
 
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-STAMPS_KEPT = 10_000
+STAMPS_KEPT = 1000
 """Ticks of which it is known that they have been published here."""
 
 DIAGNOSTICS_PERIOD = 1.0

@@ -186,6 +186,9 @@ def test_others_that_publish_the_joint_are_not_taken_for_the_node(start_node, be
             assert time.monotonic() < end, "they have not found each other"
             time.sleep(0.01)
         gripper.move_to(0.01, speed=0.05)
+        seen = []
+        gripper.wait_for(lambda state: seen.append(state) or len(seen) > 50)
+        assert {state.travel for state in seen} == {gripper.state.travel}
         for _ in range(4):
             gripper.move(0.002, speed=0.05)
         gripper.hold(0.1)
