@@ -26,7 +26,8 @@ help:
 	@echo '  unit       the tests but for the running node and whole scenes'
 	@echo '  ros-test   the tests of the node, and of what else imports ROS'
 	@echo 'make bench   measure speed against error, beside other simulators: report/benchmark/'
-	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node'
+	@echo 'make docs    write docs/ros_interface.md and config/sros2/policy.xml anew, from the node,'
+	@echo '             and the API reference in build/docs'
 	@echo 'make golden  simulate the scenes in $(GOLDEN) anew: what later versions are compared with'
 	@echo 'make clean   remove $(VENV), build products and caches'
 	@echo 'Another Python (3.10 to 3.13): make demo PYTHON=python3.12'
@@ -51,8 +52,9 @@ unit: $(VENV)/.installed-test
 ros-test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest test/node test/ros
 
-docs: $(VENV)/.installed
+docs: $(VENV)/.installed-docs
 	$(BIN)/python -m hma_gripper_sim.ros.interface_docs
+	$(BIN)/sphinx-build --quiet --fresh-env --fail-on-warning docs/api build/docs
 
 bench: $(VENV)/.installed-bench
 	$(BIN)/hma_gripper benchmark --out report/benchmark
@@ -67,7 +69,8 @@ golden: $(VENV)/.installed
 $(VENV)/.installed: EXTRAS := ros
 $(VENV)/.installed-test: EXTRAS := ros,test
 $(VENV)/.installed-bench: EXTRAS := bench
-$(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-bench: setup.py setup.cfg pyproject.toml
+$(VENV)/.installed-docs: EXTRAS := ros,docs
+$(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-bench $(VENV)/.installed-docs: setup.py setup.cfg pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || { \
 	  echo 'Python 3.10 to 3.13 is needed ($(PYTHON) is not): make $(MAKECMDGOALS) PYTHON=...' >&2; \
 	  exit 1; }

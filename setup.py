@@ -99,6 +99,7 @@ setup(
         "numba>=0.60",
         "numpy>=1.26",
         "pint>=0.24.4",
+        "platformdirs>=3.0",
         "PyYAML>=6.0",
         "rich>=13.0",
         "rosbags>=0.11",
@@ -107,17 +108,20 @@ setup(
     ],
     extras_require={
         "bench": ["exudyn>=1.13", "mujoco>=4.0"],
+        "docs": ["furo>=2025.9", "sphinx>=8.1,<9"],
         "ros": [
             f"ros-{name}=={version}"
             for version, names in JAZZY_WHEELS.items()
             for name in names.split()
         ],
+        # For signal maps that follow a robot's joints.
+        "urdf": ["yourdfpy>=0.0.56"],
         # The linters are exact, so that a new release of theirs cannot fail an old commit.
         "test": [
             "hypothesis>=6.100,<7",
             "import-linter==2.17",
             "mypy==2.4.1",
-            "pytest>=8.0,<9",
+            "pytest>=7.4,<9",
             "ruff==0.17.6",
             "types-PyYAML>=6.0",
             "xacro>=2.0",

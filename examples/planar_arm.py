@@ -19,6 +19,7 @@ from enum import Enum
 import numpy as np
 import rclpy
 from geometry_msgs.msg import WrenchStamped
+from rclpy.clock import Clock
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -28,6 +29,7 @@ GRIPPER = "/hma_gripper_sim"
 LINKS = np.array([0.30, 0.25])  # m
 PERIOD = 0.01  # s
 START = np.radians([70.0, -110.0])  # shoulder from the horizontal, elbow
+PATIENCE = 5.0  # s, until it says that it waits
 COMPLIANCE = 0.02  # m/s per N that the force is off; more hunts, as friction turns with the motion
 CORRECTION = 5.0  # m/s per m that the gripper is behind the tool
 HOLD = 1.0  # s
@@ -62,6 +64,7 @@ class PlanarArm(Node):
         self.create_subscription(WrenchStamped, f"{GRIPPER}/actuator_wrench", self.on_wrench, 10)
         self.create_subscription(JointState, "/joint_states", self.on_joint_states, 10)
         self.create_timer(PERIOD, self.tick)
+        self.waiting = self.create_timer(PATIENCE, self.complain, clock=Clock())
 
     def on_wrench(self, message: WrenchStamped) -> None:
         """Take the force with which the gripper pushes towards the object."""
@@ -84,6 +87,15 @@ class PlanarArm(Node):
             [-(LINKS[i:] @ np.sin(angles[i:])), LINKS[i:] @ np.cos(angles[i:])] for i in range(2)
         ]
         return np.array(columns).T
+
+    def complain(self) -> None:
+        """Say that there is no gripper; otherwise be quiet from now on."""
+        if self.phase is Phase.WAIT:
+            self.get_logger().warning(
+                f"waiting for {GRIPPER}: is sim_node running, with the same ROS_DOMAIN_ID?"
+            )
+        else:
+            self.waiting.cancel()
 
     def tick(self) -> None:
         """Control the tool, move the arm, and hand its velocity on to the gripper."""

@@ -5,21 +5,91 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.bags.message_batches import absolute
+from hma_gripper_sim.errors import InputError, printable
 from hma_gripper_sim.yaml_reading import read_yaml
+
+METADATA = "metadata.yaml"
+"""Name of the file that holds them."""
+
+PARAMETERS_KEY = "hma_gripper_sim.parameters"
+"""Under which they hold what was simulated, by the names of the node's parameters, in JSON."""
 
 REMARKS_KEY = "hma_gripper_sim.remarks"
 """Under which they hold how far what was simulated can be trusted: a list of texts in JSON."""
 
 
+_Kind = TypeVar("_Kind", "dict[str, Any]", "list[Any]")
+
+
+def is_blank(file: Path) -> bool:
+    """Return whether a file holds nothing, or nothing but NUL: what a crash leaves behind."""
+    if not file.is_file():
+        return False
+    with file.open("rb") as stream:
+        while piece := stream.read(2**20):
+            if piece.strip(b"\0"):
+                return False
+    return True
+
+
 def bag_information(path: str | Path) -> dict[str, Any]:
     """Return the metadata of the log at `path`; empty if it has none."""
-    metadata = Path(path) / "metadata.yaml"
-    if not metadata.is_file():
+    metadata = Path(path) / METADATA
+    if not metadata.is_file() or is_blank(metadata):
         return {}
-    return read_yaml(metadata).get("rosbag2_bagfile_information") or {}
+    information = read_yaml(metadata).get("rosbag2_bagfile_information") or {}
+    if not isinstance(information, dict):
+        reason = "expected a mapping of fields"
+        raise InputError(reason, field="rosbag2_bagfile_information", source=str(metadata))
+    return information
+
+
+def custom_data(path: str | Path, key: str, kind: type[_Kind]) -> _Kind | None:
+    """Return what the metadata of a log hold under a key of this project's, if anything.
+
+    Raises
+    ------
+    InputError
+        That is not JSON of the expected kind, a mapping or a list.
+    """
+    entries = bag_information(path).get("custom_data")
+    text = entries.get(key) if isinstance(entries, dict) else None
+    if text is None:
+        return None
+    try:
+        content = json.loads(text)
+    except (ValueError, TypeError, RecursionError):
+        content = None
+    if not isinstance(content, kind):
+        name = "mapping" if kind is dict else "list"
+        raise InputError(f"is no JSON {name}", field=key, source=str(path))
+    return content
+
+
+def logged_parameters(path: str | Path) -> dict[str, Any]:
+    """Return what the log at `path` says that it was simulated with; empty if it does not say.
+
+    Raises
+    ------
+    InputError
+        It is no JSON mapping.
+    """
+    return custom_data(path, PARAMETERS_KEY, dict) or {}
+
+
+def counted_messages(path: str | Path, topic: str) -> int | None:
+    """Return how many messages of a topic a log's metadata count; None if they do not say."""
+    topics = bag_information(path).get("topics_with_message_count")
+    for entry in topics if isinstance(topics, list) else ():
+        try:
+            if absolute(entry["topic_metadata"]["name"]) == topic:
+                return int(entry["message_count"])
+        except (AttributeError, KeyError, TypeError, ValueError):
+            return None
+    return None
 
 
 def remarks_text(remarks: Sequence[str]) -> str:
@@ -35,13 +105,7 @@ def read_remarks(path: str | Path) -> tuple[str, ...]:
     InputError
         It is not what a replay writes.
     """
-    text = (bag_information(path).get("custom_data") or {}).get(REMARKS_KEY)
-    if text is None:
-        return ()
-    try:
-        remarks = json.loads(text)
-    except ValueError:
-        remarks = None
-    if not isinstance(remarks, list) or not all(isinstance(remark, str) for remark in remarks):
+    remarks = custom_data(path, REMARKS_KEY, list) or []
+    if not all(isinstance(remark, str) for remark in remarks):
         raise InputError("is no JSON list of texts", field=REMARKS_KEY, source=str(path))
-    return tuple(remarks)
+    return tuple(map(printable, remarks))

@@ -7,22 +7,29 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Container, Iterator
 from io import BytesIO
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
-import lz4.frame
 import numpy as np
-import yaml
-import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema, Statistics
-from mcap.stream_reader import get_chunk_data_stream
 
 from hma_gripper_sim.bags.byte_kernels import PREFIX
+from hma_gripper_sim.bags.decompression import lz4_content, most_content, zstd_content
 from hma_gripper_sim.bags.mcap_parsing import Records, column, parse, scan, size_behind
-from hma_gripper_sim.bags.message_batches import Batch, Bytes, Connection, Findings, shown
+from hma_gripper_sim.bags.message_batches import (
+    LARGEST,
+    Batch,
+    Bytes,
+    Connection,
+    Findings,
+    absolute,
+    count_profiles,
+    full_type,
+    shown,
+)
 from hma_gripper_sim.errors import InputError, first_line
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -30,8 +37,11 @@ MAGIC = b"\x89MCAP0\r\n"
 _PIECE = 4 * 2**20
 """How much of a file is read at a time [bytes], if no record in it is longer."""
 
-_LARGEST = 2**30
-"""A record beyond this length [bytes] is damaged, or nothing that was meant to be streamed."""
+_DECOMPRESSORS = {
+    "": lambda data, most: data[: most + 1],
+    "lz4": lz4_content,
+    "zstd": zstd_content,
+}
 
 _MESSAGE_PREFIX = 22
 """Bytes in front of a message's own: channel, sequence number, two times."""
@@ -60,7 +70,7 @@ class McapFile:
     """
 
     def __init__(
-        self, name: str, stream: BinaryIO, findings: Findings, topics: Collection[str]
+        self, name: str, stream: BinaryIO, findings: Findings, topics: Container[str]
     ) -> None:
         self._name = name
         self._stream = stream
@@ -90,7 +100,7 @@ class McapFile:
             raise InputError(f"not an mcap file: begins with {magic.hex(' ')}")
         self._crc = zlib.crc32(magic)
         data, base, missing = b"", len(magic), 0
-        while missing <= _LARGEST and (piece := self._stream.read(max(_PIECE, missing))):
+        while missing <= LARGEST and (piece := self._stream.read(max(_PIECE, missing))):
             data += piece
             if self._has_ended:
                 break
@@ -105,12 +115,12 @@ class McapFile:
         for channel, counted in self._counted.items():
             found = self._messages[channel]
             if self._wanted[channel] and counted != found:
-                self._findings.losses.append(
+                self._findings.lose(
                     f"{self._name} is damaged: of {self._connections[channel].topic} its summary "
                     f"counts {counted} messages, {found} were found"
                 )
         if self._undeclared:
-            self._findings.losses.append(
+            self._findings.lose(
                 f"{self._name}: {self._undeclared} messages of undeclared channels skipped"
             )
 
@@ -189,10 +199,10 @@ class McapFile:
         qos = channel.metadata.get("offered_qos_profiles", "")
         return Connection(
             file=self._name,
-            topic=channel.topic,
-            msgtype=schema.name if schema else "",
+            topic=absolute(channel.topic),
+            msgtype=full_type(schema.name) if schema else "",
             publisher=str(channel.id),
-            publishers=_count_profiles(qos),
+            publishers=count_profiles(qos),
             encoding=channel.message_encoding,
             definition=schema.data.decode(errors="replace") if schema else "",
             is_idl=schema is not None and schema.encoding == "ros2idl",
@@ -201,15 +211,20 @@ class McapFile:
     def _chunk(self, chunk: Chunk, where: str) -> Iterator[Batch]:
         """Decompress a chunk, check it, and treat its records."""
         name = f"chunk at {where}, {_span(chunk)}"
-        if chunk.compression not in ("", "lz4", "zstd"):
+        if chunk.compression not in _DECOMPRESSORS:
             raise InputError(f"{name}: unknown compression {chunk.compression!r}")
-        if chunk.uncompressed_size > _LARGEST:
+        if chunk.uncompressed_size > min(LARGEST, most_content(len(chunk.data))):
             raise InputError(f"{name}: claims to have {chunk.uncompressed_size} bytes")
         try:
-            content, size = get_chunk_data_stream(chunk, validate_crc=True)
+            content = _DECOMPRESSORS[chunk.compression](chunk.data, chunk.uncompressed_size)
         except Exception as error:  # each library that decompresses raises its own
             raise InputError(f"{name}: {first_line(error)}") from None
-        data = np.frombuffer(content.read(size), dtype=np.uint8)
+        size = len(content)
+        if size > chunk.uncompressed_size:
+            raise InputError(f"{name}: has more bytes than the {chunk.uncompressed_size} it claims")
+        if chunk.uncompressed_crc not in (0, zlib.crc32(content)):  # 0: not stated
+            raise InputError(f"{name}: crc validation failed: damaged")
+        data = np.frombuffer(content, dtype=np.uint8)
         position = 0
         for records, end in scan(data):
             yield from self._chunk_records(records, where)
@@ -254,13 +269,13 @@ class McapFile:
         end, lost = base + len(data), ""
         if len(data) >= PREFIX and not self._has_ended:
             size = PREFIX + size_behind(data)
-            if data.endswith(MAGIC) or size > _LARGEST:
+            if data.endswith(MAGIC) or size > LARGEST:
                 raise InputError(f"the record at byte {base} claims to have {size} bytes: damaged")
             lost = f", lost are {size - len(data)} of {size} bytes of the last record"
             chunk = _partial_chunk(data) if data[0] == Opcode.CHUNK else None
             if chunk is not None:
                 before = self._messages.total()
-                for records, _ in scan(np.frombuffer(_decompress_begin(chunk), dtype=np.uint8)):
+                for records, _ in scan(np.frombuffer(_begin(chunk), dtype=np.uint8)):
                     yield from self._chunk_records(records, f"byte {base}")
                 recovered = self._messages.total() - before
                 lost += (
@@ -269,7 +284,7 @@ class McapFile:
                 )
         if self._last_logged is not None:
             lost += f"; last message that was asked for: logged {shown(self._last_logged)}"
-        self._findings.losses.append(f"{self._name} is truncated: ends at byte {end}{lost}")
+        self._findings.lose(f"{self._name} is truncated: ends at byte {end}{lost}")
 
     def _hash(self, data: Bytes) -> None:
         self._crc = zlib.crc32(data.data, self._crc)
@@ -277,15 +292,6 @@ class McapFile:
     def _compare(self, stated: int, what: str, where: str) -> None:
         if stated not in (0, self._crc):  # 0: not stated
             raise InputError(f"the checksum of the {what} at {where} does not match: damaged")
-
-
-def _count_profiles(qos: str) -> int:
-    """Return how many publishers' quality of service rosbag2 noted for a topic; at least 1."""
-    try:
-        profiles: Any = yaml.safe_load(qos)
-    except yaml.YAMLError:
-        return 1
-    return max(1, len(profiles)) if isinstance(profiles, list) else 1
 
 
 def _partial_chunk(data: bytes) -> Chunk | None:
@@ -297,16 +303,14 @@ def _partial_chunk(data: bytes) -> Chunk | None:
     return chunk
 
 
-def _decompress_begin(chunk: Chunk) -> bytes:
-    """Return the first bytes of a chunk that breaks off."""
+def _begin(chunk: Chunk) -> bytes:
+    """Return the first bytes of the content of a chunk that breaks off."""
+    decompress = _DECOMPRESSORS.get(chunk.compression)
+    size = min(chunk.uncompressed_size, LARGEST, most_content(len(chunk.data)))
     try:
-        if chunk.compression == "zstd":
-            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
-        if chunk.compression == "lz4":
-            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data))
+        return decompress(chunk.data, size)[:size] if decompress else b""
     except Exception:  # damaged as well
         return b""
-    return chunk.data if not chunk.compression else b""
 
 
 def _span(chunk: Chunk) -> str:

@@ -17,14 +17,27 @@ from rosbags.typesys import (
     get_typestore,
 )
 
-from hma_gripper_sim.bags.message_layout import HEADER, Layout
-from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.bags.message_layout import HEADER, Layout, least_entries
+from hma_gripper_sim.errors import InputError, printable
+from hma_gripper_sim.yaml_reading import load_yaml
 
 Bytes = npt.NDArray[np.uint8]
 Ints = npt.NDArray[np.int64]
 
 CDR, ROS1 = "cdr", "ros1"
 """How messages are serialised, in mcap's words."""
+
+LARGEST = 2**28
+"""Bytes that a record, a message or a chunk has at most, packed or unpacked: more is damaged."""
+
+_LONGEST_DEFINITION, _MOST_LINES = 2**18, 4000
+"""Characters, and lines that say something, of a type's definition with all that is in it."""
+
+_CHECKED_AT_ONCE = 2**14
+"""Characters of a definition that is read whether anything is wanted of its topic or not."""
+
+_MOST_DECLARED = 2000
+"""Entries of a type (see `least_entries`): `rosbags` takes a second for so many, and it grows."""
 
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
@@ -80,6 +93,8 @@ class Connection:
         else:
             try:
                 return _typestore(self.msgtype, self.definition, self.is_idl, self.encoding == ROS1)
+            except InputError as error:
+                reason = error.reason
             except Exception:  # the parsers raise many types
                 reason = "its definition cannot be read"
         raise InputError(f"unknown type {self.msgtype!r}: {reason}", field=self.topic)
@@ -91,12 +106,13 @@ class Connection:
     def deserialise(self, data: bytes) -> Any:
         """Return a message as `rosbags` reads it; it raises many types where that is not one."""
         store = self.typestore
+        end = self.layout(data).end  # which is bounded, as what rosbags does is not
         if self.encoding == ROS1:
             return store.deserialize_cdr(store.ros1_to_cdr(data, self.msgtype), self.msgtype)
         try:
             return store.deserialize_cdr(data, self.msgtype)
         except SerdeError:  # more may follow a message than rosbags puts up with
-            return store.deserialize_cdr(data[: self.layout(data).end], self.msgtype)
+            return store.deserialize_cdr(data[:end], self.msgtype)
 
 
 @cache
@@ -107,6 +123,10 @@ def _jazzy() -> Any:
 @lru_cache(maxsize=256)
 def _typestore(msgtype: str, definition: str, is_idl: bool, is_ros1: bool) -> Any:
     """Return a typestore that knows what a definition defines."""
+    lines = sum(1 for line in definition.splitlines() if line.partition("#")[0].strip())
+    if len(definition) > _LONGEST_DEFINITION or lines > _MOST_LINES:
+        limits = f"{_LONGEST_DEFINITION} characters or {_MOST_LINES} lines"
+        raise InputError(f"its definition has more than {limits}")
     types: dict[str, Any] = {}
     if is_idl:
         for text in _idl_texts(definition):
@@ -119,7 +139,8 @@ def _typestore(msgtype: str, definition: str, is_idl: bool, is_ros1: bool) -> An
         types[HEADER] = constants, [entry for entry in fields if entry[0] != "seq"]
     store = get_typestore(Stores.EMPTY)
     store.register(types)
-    store.get_msgdef(msgtype)
+    if least_entries(store, msgtype) > _MOST_DECLARED:
+        raise InputError(f"its definition has more than {_MOST_DECLARED} entries")
     return store
 
 
@@ -216,6 +237,8 @@ class Findings:
     def add(self, connection: Connection) -> None:
         """Take up a connection; note it if its messages cannot be read."""
         self.topics.add(connection.topic)
+        if len(connection.definition) > _CHECKED_AT_ONCE:
+            return  # that it cannot be read is said where it is wanted
         try:
             _ = connection.typestore
         except InputError as error:
@@ -223,8 +246,33 @@ class Findings:
 
     def note(self, text: str) -> None:
         """Take up a note, once."""
+        text = printable(text)
         if text not in self.notes:
             self.notes.append(text)
+
+    def lose(self, text: str) -> None:
+        """Take up a loss."""
+        self.losses.append(printable(text))
+
+
+def absolute(topic: str) -> str:
+    """Return the name of a topic as ROS has it, with a slash in front: not every recorder does."""
+    return "/" + "/".join(part for part in topic.split("/") if part)
+
+
+def full_type(msgtype: str) -> str:
+    """Return the name of a type as ROS 2 has it: ROS 1 and its first versions lack the ``msg``."""
+    package, slash, name = msgtype.partition("/")
+    return msgtype if not slash or "/" in name else f"{package}/msg/{name}"
+
+
+def count_profiles(qos: str) -> int:
+    """Return how many publishers' quality of service rosbag2 noted for a topic; at least 1."""
+    try:
+        profiles: Any = load_yaml(qos)
+    except InputError:
+        return 1
+    return max(1, len(profiles)) if isinstance(profiles, list) else 1
 
 
 def shown(stamp: int | np.int64) -> str:

@@ -46,6 +46,12 @@ _KINDS = {
 }
 """numpy's names of ROS' numbers."""
 
+MOST_ENTRIES = 100_000
+"""Numbers, texts and structures of one message: with more of them it is not worth reading.
+
+An array of numbers is one.
+"""
+
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
@@ -108,6 +114,7 @@ class Layout:
         self._position = 0 if is_ros1 else _ENCAPSULATION
         self._fixed = [[0, self._position]]
         self._empty = 0
+        self._entries = 0
         self._struct(msgtype, "")
         self.end = self._position
         behind = len(data) - self.end
@@ -115,7 +122,24 @@ class Layout:
             raise ValueError(f"{behind} bytes behind its end")
         self.fixed: npt.NDArray[np.int64] = np.array(self._fixed, dtype=np.int64)
 
+    def declares(self, path: str) -> bool:
+        """Return whether the type has a number at a dotted path, be it in this message or not."""
+        node, description = Nodetype.NAME, self.msgtype
+        for name in (step[0] for step in _STEP.findall(path) if step[0]):
+            if node != Nodetype.NAME:
+                return False
+            fields = dict(self._typestore.fielddefs[description][1])
+            if name not in fields:
+                return False
+            node, description = fields[name]
+            if node not in (Nodetype.BASE, Nodetype.NAME):
+                node, description = description[0]
+        return node == Nodetype.BASE and description[0] in _KINDS
+
     def _struct(self, msgtype: str, path: str) -> None:
+        self._entries += 1
+        if self._entries > MOST_ENTRIES:
+            raise ValueError(f"has more than {MOST_ENTRIES} entries")
         if self._is_ros1 and msgtype == HEADER:
             self._skip(4)  # a counter, which ROS 2 does not know
         for name, (node, description) in self._typestore.get_msgdef(msgtype).fields:
@@ -180,6 +204,30 @@ class Layout:
         self._position += size
         if self._position > len(self._data):
             raise ValueError(f"ends after {len(self._data)} bytes")
+
+
+def least_entries(typestore: Any, msgtype: str) -> int:
+    """Return how many numbers, texts and structures any message of a type has at least.
+
+    Told from the definitions alone: what `rosbags` makes of a type may take as long as reading it.
+    It raises `RecursionError` of a type that holds itself.
+    """
+    known: dict[str, int] = {}
+
+    def of(msgtype: str) -> int:
+        if msgtype not in known:
+            total = 1
+            for _, (node, description) in typestore.fielddefs[msgtype][1]:
+                count = 1
+                if node == Nodetype.ARRAY:
+                    (node, description), count = description
+                is_number = node == Nodetype.BASE and description[0] != "string"
+                each = of(description) if node == Nodetype.NAME else 1
+                total += 1 if is_number else count * each
+            known[msgtype] = total
+        return known[msgtype]
+
+    return of(msgtype)
 
 
 def follow(message: Any, path: str) -> Any:

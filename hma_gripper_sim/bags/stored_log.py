@@ -5,34 +5,39 @@ from __future__ import annotations
 import re
 import shutil
 import sqlite3
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Container, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO, cast
 
-import zstandard
-from rosbags.interfaces import MessageDefinitionFormat
-from rosbags.rosbag2 import Reader
-
-from hma_gripper_sim.bags import mcap_file, ros1_bag
+from hma_gripper_sim.bags import db3_file, mcap_file, ros1_bag
+from hma_gripper_sim.bags.db3_file import Db3File
+from hma_gripper_sim.bags.decompression import InflatedFile, zstd_message
+from hma_gripper_sim.bags.log_metadata import METADATA, is_blank
 from hma_gripper_sim.bags.mcap_file import McapFile
-from hma_gripper_sim.bags.message_batches import CDR, Batch, Connection, Findings
+from hma_gripper_sim.bags.message_batches import CDR, Batch, Connection, Findings, absolute
 from hma_gripper_sim.bags.ros1_bag import BagFile
 from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.units import choice
 from hma_gripper_sim.yaml_reading import read_yaml
 
-METADATA = "metadata.yaml"
-
-_SQLITE, _ZSTD = b"SQLite format 3\0", b"(\xb5/\xfd"
+_ZSTD, _LFS_POINTER = b"(\xb5/\xfd", b"version https://"
 """What files begin with."""
 
 _SUFFIXES = (".mcap", ".db3")
 """Of the files in a rosbag2 directory, which may be compressed."""
 
-_GROUP = 4 * 2**20
-"""Bytes of messages that are put together, where a library hands them out one by one."""
+
+_NAMED = 3
+"""Files that an error names beside the one that is missing."""
+
+
+class _Everything(Container[str]):
+    """Holds every topic there may be."""
+
+    def __contains__(self, topic: object) -> bool:
+        return True
 
 
 class Log:
@@ -56,25 +61,35 @@ class Log:
         self.source = str(path)
         self.findings = Findings()
 
-    def batches(self, topics: Collection[str]) -> Iterator[Batch]:
-        """Yield the messages of `topics`, file after file in the order they were logged.
+    def batches(self, topics: Collection[str] | None = None) -> Iterator[Batch]:
+        """Yield the messages of `topics`, by default of all, as they lie in file after file.
 
         Raises
         ------
         InputError
             The log cannot be read.
         """
-        wanted = frozenset(topics)
-        files, compression = self._files()
+        wanted = _Everything() if topics is None else frozenset(map(absolute, topics))
+        files, by_message = self._files()
+        empty = 0
         for file in files:
             with self._reporting(file):
+                if len(files) > 1 and is_blank(file):
+                    self.findings.lose(f"{file.name} is empty: the recording was not finished")
+                    empty += 1
+                    continue
                 for batch in self._file_batches(file, wanted):
-                    yield _decompressed(batch) if compression == "message" else batch
+                    yield batch if by_message is False else _decompressed(batch, by_message)
+        if empty == len(files):
+            raise InputError("cannot be read: all of its files are empty", source=self.source)
 
-    def _files(self) -> tuple[list[Path], str]:
-        """Return the files in order, and how they are compressed: by message or not."""
+    def _files(self) -> tuple[list[Path], bool | None]:
+        """Return the files in order, and whether their messages are compressed one by one.
+
+        None: nobody says so; the messages show it.
+        """
         if not self._path.is_dir():
-            return [self._path], "none"
+            return [self._path], None
         present = [
             entry
             for entry in self._path.iterdir()
@@ -82,38 +97,44 @@ class Log:
         ]
         present.sort(key=lambda entry: _natural(entry.name))
         metadata = self._path / METADATA
-        if not metadata.exists():
+        if not metadata.exists() or is_blank(metadata):
             if not present:
                 reason = f"has no {METADATA}, and no .mcap or .db3 file"
                 raise InputError(f"not a rosbag2 directory: {reason}", source=self.source)
-            self.findings.note(f"has no {METADATA}: the recording was not finished")
-            return present, "none"
-        names, compression = _metadata(metadata)
+            missing = f"its {METADATA} is empty" if metadata.exists() else f"has no {METADATA}"
+            self.findings.note(f"{missing}: the recording was not finished")
+            return present, None
+        names, mode = _metadata(metadata)
         listed = [self._path / name for name in names]
         for entry in present:
             if entry not in listed:
                 self.findings.note(f"{entry.name} is not listed in {METADATA}: not read")
-        return listed, compression
+        return listed, mode == "message"
 
-    def _file_batches(self, file: Path, topics: Collection[str]) -> Iterator[Batch]:
+    def _file_batches(self, file: Path, topics: Container[str]) -> Iterator[Batch]:
         with ExitStack() as stack:
+            if file.exists() and not file.is_file():
+                raise InputError("it is no regular file")
             stream: BinaryIO = stack.enter_context(file.open("rb"))
             begin = _begin(stream)
             if begin.startswith(_ZSTD):
-                begin = _begin(_inflated(stream))
+                size = file.stat().st_size
+                begin = InflatedFile(stream, size).read(len(begin))
                 stream.seek(0)
-                stream = _inflated(stream)
-                if begin.startswith(_SQLITE):  # is not read from front to back
+                stream = cast(BinaryIO, InflatedFile(stream, size))
+                if begin.startswith(db3_file.MAGIC):  # is not read from front to back
                     file = _unpack(stream, file, stack)
-            if not begin:
+            if not begin.strip(b"\0"):
                 raise InputError("it is empty")
             if begin.startswith(mcap_file.MAGIC[: len(begin)]):
                 yield from McapFile(file.name, stream, self.findings, topics).batches()
             elif begin.startswith(ros1_bag.MAGIC[: len(begin)]):
                 yield from BagFile(file.name, stream, self.findings, topics).batches()
-            elif begin.startswith(_SQLITE):
-                file = self._settled(file, stack)
-                yield from self._read_db3(stack.enter_context(Reader(file)), file.name, topics)
+            elif begin.startswith(db3_file.MAGIC):
+                settled = self._settled(file, stack)
+                yield from Db3File(settled, file.name, self.findings, topics).batches()
+            elif begin.startswith(_LFS_POINTER):
+                raise InputError("it is a Git LFS pointer, not the log: 'git lfs pull' gets that")
             else:
                 raise InputError("it is neither an mcap, nor a db3, nor a ROS 1 bag file")
 
@@ -133,28 +154,6 @@ class Log:
         self.findings.note(f"{file.name} was not closed: read with its {names}")
         return copy
 
-    def _read_db3(self, reader: Any, name: str, topics: Collection[str]) -> Iterator[Batch]:
-        connections: dict[int, Connection] = {}
-        wanted = []
-        for theirs in reader.connections:
-            ours = _connection(name, theirs)
-            self.findings.add(ours)
-            if theirs.topic in topics:
-                connections[theirs.id] = ours
-                wanted.append(theirs)
-        if not wanted:
-            return
-        group: list[tuple[Connection, int, bytes]] = []
-        size = 0
-        for theirs, logged, data in reader.messages(connections=wanted):
-            group.append((connections[theirs.id], logged, bytes(data)))
-            size += len(data)
-            if size > _GROUP:
-                yield Batch.of(group)
-                group, size = [], 0
-        if group:
-            yield Batch.of(group)
-
     @contextmanager
     def _reporting(self, file: Path) -> Iterator[None]:
         """Turn whatever a damaged file makes the parsers raise into one kind of error."""
@@ -166,7 +165,7 @@ class Log:
                 f"cannot be read: {error.reason}", field=error.field, source=source
             ) from None
         except OSError as error:
-            reason = error.strerror or str(error)
+            reason = (error.strerror or str(error)) + _beside(file)
             raise InputError(f"cannot be read: {reason}", source=source) from None
         except Exception as error:
             raise InputError(f"cannot be read: {first_line(error)}", source=source) from None
@@ -193,35 +192,22 @@ def _metadata(path: Path) -> tuple[list[str], str]:
     return [Path(name).name for name in names], mode
 
 
-def _connection(file: str, theirs: Any) -> Connection:
-    """Take over a connection from `rosbags`."""
-    has_definition = theirs.msgdef.format != MessageDefinitionFormat.NONE
-    return Connection(
-        file=file,
-        topic=theirs.topic,
-        msgtype=theirs.msgtype,
-        publisher=str(theirs.id),
-        publishers=max(1, len(theirs.ext.offered_qos_profiles)),
-        encoding=theirs.ext.serialization_format or CDR,
-        definition=theirs.msgdef.data if has_definition else "",
-        is_idl=theirs.msgdef.format == MessageDefinitionFormat.IDL,
-    )
-
-
 def _begin(stream: BinaryIO) -> bytes:
-    """Return what a file begins with; a file itself is then at its beginning again."""
+    """Return what a file begins with; it is then at its beginning again."""
     begin = stream.read(16)
-    if stream.seekable():
-        stream.seek(0)
+    stream.seek(0)
     return begin
 
 
-def _inflated(stream: BinaryIO) -> BinaryIO:
-    """Return the content of a compressed file."""
-    reader = zstandard.ZstdDecompressor().stream_reader(
-        stream, read_across_frames=True, closefd=False
-    )
-    return cast(BinaryIO, reader)
+def _beside(file: Path) -> str:
+    """Return which logs lie where one is missing, in words."""
+    if file.exists() or not file.parent.is_dir():
+        return ""
+    beside = (entry for entry in sorted(file.parent.iterdir()) if entry.suffix == file.suffix)
+    names = [entry.name for entry in beside if entry.is_file()]
+    if not names or not file.suffix:
+        return ""
+    return f"; beside it there is {' and '.join(names[:_NAMED])}: has it been renamed?"
 
 
 def _unpack(stream: BinaryIO, file: Path, stack: ExitStack) -> Path:
@@ -232,10 +218,25 @@ def _unpack(stream: BinaryIO, file: Path, stack: ExitStack) -> Path:
     return path
 
 
-def _decompressed(batch: Batch) -> Batch:
-    """Decompress messages that are compressed one by one."""
-    decompress = zstandard.ZstdDecompressor().decompress
-    return Batch.of([(sender, logged, decompress(data)) for sender, logged, data in batch])
+def _decompressed(batch: Batch, by_message: bool | None) -> Batch:
+    """Decompress messages that are compressed one by one, or those that show that they are."""
+    if by_message is None and not (batch.data[batch.starts[batch.sizes > 0]] == _ZSTD[0]).any():
+        return batch
+    return Batch.of(
+        [
+            (
+                sender,
+                logged,
+                zstd_message(data) if by_message or _is_compressed(sender, data) else data,
+            )
+            for sender, logged, data in batch
+        ]
+    )
+
+
+def _is_compressed(sender: Connection, data: bytes) -> bool:
+    """Return whether a message can only be a compressed one: CDR begins with a zero."""
+    return sender.encoding == CDR and data.startswith(_ZSTD)
 
 
 def _natural(name: str) -> list[int | str]:

@@ -11,8 +11,9 @@ a log faster, or a slow drift, does not make the result look more certain than i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,18 @@ AT_BOUND = 1e-3
 WINDOW = 5.0
 """Autocorrelation times over which correlations are summed up (A. Sokal, 1989)."""
 
+DELAYS = {"force_delay": ("actuator_force",), "angle_delay": ("phi_left", "phi_right")}
+"""Signals that each delay is of."""
+
+DELAY_STEP, LEAST_DELAY = 5e-3, 2e-3
+"""Step of the differences with respect to a delay, and a delay that is worth a word [s]."""
+
+TOLD = 12.0**-0.5
+"""Standard error, as a share of the room between the bounds, from which on nothing is told.
+
+It is that of a value of which nothing but the bounds is known.
+"""
+
 Progress = Callable[[int, float], None]
 
 
@@ -68,6 +81,14 @@ class Fitted:
         room = AT_BOUND * (self.free.upper - self.free.lower)
         return not self.free.lower + room <= self.value <= self.free.upper - room
 
+    @property
+    def is_told(self) -> bool:
+        """Whether the experiment says more about it than the bounds, or its order at least."""
+        told = self.standard_error < TOLD * (self.free.upper - self.free.lower)
+        if self.free.parameter.factor is not None:
+            return told and self.standard_error < abs(self.value)
+        return told
+
 
 @dataclass(frozen=True)
 class SignalFit:
@@ -79,6 +100,11 @@ class SignalFit:
         Of the signal.
     count
         Samples.
+    span
+        Range of what was measured [SI].
+    noise
+        What of the samples changes from one to the next, which no model explains: standard
+        deviation [SI].
     rmse_before, rmse_after
         With the start values, and with those found [SI].
     autocorrelation
@@ -87,9 +113,61 @@ class SignalFit:
 
     name: str
     count: int
+    span: float
+    noise: float
     rmse_before: float
     rmse_after: float
     autocorrelation: float
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction in the space of the parameters.
+
+    Attributes
+    ----------
+    shares
+        Of each parameter, in units of the room between its bounds; the squares sum up to 1.
+    singular_value
+        Of the weighted residuals' derivative with respect to them.
+    standard_error
+        Along it, in units of the room between the bounds.
+    """
+
+    shares: tuple[float, ...]
+    singular_value: float
+    standard_error: float
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the experiment says more than the bounds."""
+        return self.standard_error < TOLD
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How late signals seem to be in the log, if that is not free itself: to first order.
+
+    Attributes
+    ----------
+    name
+        ``force_delay`` or ``angle_delay``.
+    value, standard_error
+        [s]
+    moves
+        By how many of its standard errors each free parameter would change with it.
+    """
+
+    name: str
+    value: float
+    standard_error: float
+    moves: tuple[float, ...]
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is told, and changes what is found."""
+        is_told = abs(self.value) > max(LEAST_DELAY, 3.0 * self.standard_error)
+        return is_told and max(map(abs, self.moves)) > 1.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +180,12 @@ class Calibration:
         In the order in which they were asked for.
     correlation
         Of their errors, shape (p, p).
+    directions
+        Those that the experiment tells apart, the best told first.
+    delays
+        Of the signals, where they are not free.
+    residual_before, residual_after
+        Weighted RMS, with the start values and with those found.
     signals
         How well each is met.
     simulations
@@ -112,9 +196,18 @@ class Calibration:
 
     parameters: tuple[Fitted, ...]
     correlation: FloatArray
+    directions: tuple[Direction, ...]
+    delays: tuple[Delay, ...]
+    residual_before: float
+    residual_after: float
     signals: tuple[SignalFit, ...]
     simulations: int
     converged: bool
+
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """Names of the parameters that the experiment cannot tell."""
+        return tuple(f.free.parameter.name for f in self.parameters if not f.is_told)
 
 
 def calibrate(
@@ -162,18 +255,27 @@ def calibrate(
     residuals = problem.residuals(solution.x, weights)
     covariance, times = _covariance(solution.jac, residuals, trial.observations, free)
     scales = np.array([parameter.scale for parameter in free])
-    errors = scales * np.sqrt(np.diag(covariance))
     spread = np.sqrt(np.diag(covariance))
+    weighted_before = [
+        weight * (simulated - observation.value)
+        for weight, simulated, observation in zip(weights, before, trial.observations, strict=True)
+    ]
     return Calibration(
         tuple(
-            Fitted(parameter, float(value), float(error))
-            for parameter, value, error in zip(free, scales * solution.x, errors, strict=True)
+            Fitted(parameter, parameter.value(float(x)), float(error))
+            for parameter, x, error in zip(free, solution.x, scales * spread, strict=True)
         ),
         covariance / np.outer(spread, spread),
+        _directions(solution.jac, covariance, free),
+        tuple(_delays(problem, solution, weights, residuals, spread)),
+        _rms(np.concatenate(weighted_before)),
+        _rms(np.concatenate(residuals)),
         tuple(
             SignalFit(
                 observation.name,
                 len(observation.time),
+                float(np.ptp(observation.value)),
+                noise(observation.value),
                 _rms(simulated - observation.value),
                 _rms(part / weight),
                 float(time),
@@ -193,24 +295,32 @@ class _Problem:
     def __init__(
         self, scene: Scene, trial: Trial, free: Sequence[FreeParameter], progress: Progress
     ) -> None:
-        self._scene, self._trial, self._free, self._progress = scene, trial, free, progress
-        self._scales = np.array([parameter.scale for parameter in free])
-        self.start = np.array([parameter.start for parameter in free]) / self._scales
+        self._scene, self._progress = scene, progress
+        self.trial, self.free = trial, free
+        self.start = np.ones(len(free))
         self.simulations = 0
 
-    def residuals(self, x: FloatArray, weights: Sequence[FloatArray]) -> list[FloatArray]:
-        """Weighted residuals of each observation."""
-        scene = self._scene
-        for parameter, value in zip(self._free, self._scales * x, strict=True):
-            scene = parameter.parameter.put(scene, float(value))
-        simulated = self._trial.simulate(scene)
+    def residuals(
+        self,
+        x: FloatArray,
+        weights: Sequence[FloatArray],
+        delays: Mapping[str, float] = MappingProxyType({}),
+    ) -> list[FloatArray]:
+        """Weighted residuals of each observation; `delays` [s] by name where they are not free."""
+        scene, logged = self._scene, dict(delays)
+        for free, entry in zip(self.free, x, strict=True):
+            value = free.value(float(entry))
+            scene = free.parameter.put(scene, value)
+            if free.parameter.owner == "log":
+                logged[free.parameter.name] = value
+        simulated = self.trial.simulate(scene, logged)
         self.simulations += 1
         if simulated is None:
-            return [np.full(len(o.time), HOPELESS) for o in self._trial.observations]
+            return [np.full(len(o.time), HOPELESS) for o in self.trial.observations]
         parts = [
             weight * (ours - observation.value)
             for ours, weight, observation in zip(
-                simulated, weights, self._trial.observations, strict=True
+                simulated, weights, self.trial.observations, strict=True
             )
         ]
         self._progress(self.simulations, _rms(np.concatenate(parts)))
@@ -218,7 +328,7 @@ class _Problem:
 
     def solve(self, weights: Sequence[FloatArray], x: FloatArray) -> Any:
         """Minimise the weighted squares from `x` on; scipy's result, `x` scaled."""
-        bounds = np.array([(p.lower, p.upper) for p in self._free]).T / self._scales
+        bounds = np.array([(p.x(p.lower), p.x(p.upper)) for p in self.free]).T
         room = 1e-6 * (bounds[1] - bounds[0])
         return least_squares(
             lambda x: np.concatenate(self.residuals(x, weights)),
@@ -256,10 +366,20 @@ def _covariance(
             )
     directions = np.linalg.svd(jacobian / sizes, compute_uv=False)
     if directions[-1] <= INSEPARABLE * directions[0]:
-        raise InputError("what was measured cannot tell the parameters apart", field="--free")
+        names = " and ".join(parameter.parameter.name for parameter in free)
+        raise InputError(
+            f"what was measured cannot tell the parameters apart: {names}; leave one out",
+            field="--free",
+        )
+    return _sandwich(jacobian, residuals, observations)
+
+
+def _sandwich(
+    jacobian: FloatArray, residuals: Sequence[FloatArray], observations: Sequence[Observation]
+) -> tuple[FloatArray, list[float]]:
     inverse = np.linalg.inv(jacobian.T @ jacobian)
     total = sum(len(part) for part in residuals)
-    freedom = total / max(1, total - len(free))
+    freedom = total / max(1, total - jacobian.shape[1])
     middle = np.zeros_like(inverse)
     times = []
     first = 0
@@ -273,6 +393,63 @@ def _covariance(
             variance = max(1.0, variance) if len(part) >= FEW else 1.0
         middle += variance * time * rows.T @ rows
     return inverse @ middle @ inverse, times
+
+
+def _delays(
+    problem: _Problem,
+    solution: Any,
+    weights: Sequence[FloatArray],
+    residuals: Sequence[FloatArray],
+    spread: FloatArray,
+) -> Iterator[Delay]:
+    """Estimate the delays that are not free: what one more step of the search would give them."""
+    observations = problem.trial.observations
+    names = {free.parameter.name for free in problem.free}
+    for name, signals in DELAYS.items():
+        if name in names or not any(len(o.time) >= FEW for o in observations if o.name in signals):
+            continue
+        later, earlier = (
+            np.concatenate(problem.residuals(solution.x, weights, {name: side * DELAY_STEP}))
+            for side in (1.0, -1.0)
+        )
+        column = (later - earlier) / (2.0 * DELAY_STEP)
+        jacobian = np.column_stack([solution.jac, column])
+        sizes = np.linalg.norm(jacobian, axis=0)
+        if np.linalg.cond(jacobian / np.where(sizes > 0.0, sizes, 1.0)) > 1.0 / INSEPARABLE:
+            continue
+        step = np.linalg.lstsq(jacobian, -np.concatenate(residuals), rcond=None)[0]
+        covariance, _ = _sandwich(jacobian, residuals, observations)
+        yield Delay(
+            name,
+            float(step[-1]),
+            float(np.sqrt(covariance[-1, -1])),
+            tuple((step[:-1] / spread).tolist()),
+        )
+
+
+def _directions(
+    jacobian: FloatArray, covariance: FloatArray, free: Sequence[FreeParameter]
+) -> tuple[Direction, ...]:
+    """Directions in units of the room between the bounds, the best told first."""
+    rooms = np.array([(p.upper - p.lower) / p.scale for p in free])
+    _, values, rows = np.linalg.svd(jacobian * rooms, full_matrices=False)
+    scaled = covariance / np.outer(rooms, rooms)
+    return tuple(
+        Direction(
+            tuple((row * np.sign(row[np.abs(row).argmax()])).tolist()),
+            float(value),
+            float(np.sqrt(row @ scaled @ row)),
+        )
+        for value, row in zip(values, rows, strict=True)
+    )
+
+
+def noise(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on a smooth course; 0 for few values."""
+    if len(values) < FEW:
+        return 0.0
+    # Of white noise of unit deviation the second difference has √6; the median is no outlier's.
+    return float(np.median(np.abs(np.diff(values, 2))) / (0.6745 * np.sqrt(6.0)))
 
 
 def autocorrelation_time(values: FloatArray) -> float:

@@ -9,6 +9,8 @@ from typing import cast
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.model.gripper import GripperDesign, Material
+from hma_gripper_sim.model.numbers import declared_numbers
 from hma_gripper_sim.units import typed_quantity
 
 
@@ -23,7 +25,8 @@ class Parameter:
     unit
         SI.
     owner
-        ``scene``, ``design`` or ``material``: whose field it is.
+        ``scene``, ``design`` or ``material``: whose field it is; ``log``: it is none of these, but
+        says how what was measured came into the log (see `Trial.simulate`).
     factor
         The default bounds are the start value divided and multiplied by this, or
     margin
@@ -42,6 +45,8 @@ class Parameter:
 
     def of(self, scene: Scene) -> float:
         """Return its value in a scene [SI]."""
+        if self.owner == "log":
+            return 0.0
         owner = {
             "scene": scene,
             "design": scene.design,
@@ -51,6 +56,8 @@ class Parameter:
 
     def put(self, scene: Scene, value: float) -> Scene:
         """Return the scene with another value [SI]."""
+        if self.owner == "log":
+            return scene
         change = {self.name: value}
         if self.owner == "scene":
             return replace(scene, **change)  # type: ignore[arg-type]
@@ -61,22 +68,36 @@ class Parameter:
         return replace(scene, design=replace(design, **change))  # type: ignore[arg-type]
 
 
+_OWNERS = {"scene": Scene, "design": GripperDesign, "material": Material}
+
+
+def _declared(owner: str, name: str, **bounds: float) -> Parameter:
+    """Return a declared number as a parameter; its own range holds unless bounds say otherwise."""
+    number = declared_numbers(_OWNERS[owner])[name]
+    ranges = {"minimum": number.minimum, "maximum": number.maximum}
+    return Parameter(name, number.unit, owner, **{**ranges, **bounds})
+
+
 PARAMETERS: Mapping[str, Parameter] = {
     parameter.name: parameter
     for parameter in (
-        Parameter("friction", "", "scene", margin=3.0, minimum=0.0, maximum=3.0),
-        Parameter("clearance", "m", "scene", margin=5e-3, minimum=0.0),
-        Parameter("offset", "m", "scene", margin=5e-3),
-        Parameter("normal_stiffness", "N/m", "scene", factor=100.0),
-        Parameter("normal_damping", "N*s/m", "scene", factor=100.0),
-        Parameter("youngs_modulus", "Pa", "material", factor=5.0),
-        Parameter("density", "kg/m^3", "material", factor=5.0),
-        Parameter("width", "m", "design", factor=2.0),
-        Parameter("height", "m", "design", factor=5.0),
-        Parameter("top_length", "m", "design", factor=1.5),
-        Parameter("beam_length", "m", "design", factor=1.5),
-        Parameter("beam_angle", "rad", "design", margin=math.radians(20.0)),
-        Parameter("joint_damping", "N*m*s/rad", "design", factor=100.0),
+        _declared("scene", "friction", margin=3.0, maximum=3.0),
+        _declared("scene", "clearance", margin=5e-3),
+        _declared("scene", "offset", margin=5e-3),
+        _declared("scene", "normal_stiffness", factor=100.0),
+        _declared("scene", "normal_damping", factor=100.0),
+        _declared("material", "youngs_modulus", factor=5.0),
+        _declared("material", "density", factor=5.0),
+        _declared("design", "width", factor=2.0),
+        _declared("design", "height", factor=5.0),
+        _declared("design", "top_length", factor=1.5),
+        _declared("design", "beam_length", factor=1.5),
+        _declared("design", "beam_angle", margin=math.radians(20.0)),
+        _declared("design", "joint_damping", factor=100.0),
+        Parameter("force_delay", "s", "log", margin=1.0),
+        Parameter("angle_delay", "s", "log", margin=1.0),
+        Parameter("force_bias", "N", "log", margin=1.0),
+        Parameter("angle_bias", "rad", "log", margin=math.radians(20.0)),
     )
 }
 """By name."""
@@ -106,6 +127,14 @@ class FreeParameter:
     def scale(self) -> float:
         """Of the search [SI]: what counts as a change of one."""
         return abs(self.start) or 0.1 * (self.upper - self.lower)
+
+    def value(self, x: float) -> float:
+        """Return what a number of the search stands for [SI]; 1 is the start."""
+        return self.start + self.scale * (x - 1.0)
+
+    def x(self, value: float) -> float:
+        """Return the number of the search that stands for a value [SI]."""
+        return 1.0 + (value - self.start) / self.scale
 
 
 def free_parameters(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -81,8 +82,18 @@ class Trial:
     observations: tuple[Observation, ...]
     notes: tuple[str, ...] = ()
 
-    def simulate(self, scene: Scene) -> list[FloatArray] | None:
-        """Return each observation as a scene simulates it, or None if that cannot be done."""
+    def simulate(
+        self, scene: Scene, logged: Mapping[str, float] = MappingProxyType({})
+    ) -> list[FloatArray] | None:
+        """Return each observation as a scene simulates it, or None if that cannot be done.
+
+        Parameters
+        ----------
+        logged
+            How it came into the log: ``force_delay`` and ``angle_delay`` [s], by which the signals
+            are late there, and ``force_bias`` and ``angle_bias`` [SI], which are added; 0 if left
+            out.
+        """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a trial of parameters may lead anywhere
             try:
@@ -97,7 +108,13 @@ class Trial:
         if not trace.stats.converged:
             return None
         time = trace.time - begin
-        return [_means(time, getattr(trace, o.name), o) for o in self.observations]
+        means = []
+        for observation in self.observations:
+            kind = "force" if observation.name == "actuator_force" else "angle"
+            due = replace(observation, time=observation.time - logged.get(f"{kind}_delay", 0.0))
+            simulated = _means(time, getattr(trace, observation.name), due)
+            means.append(simulated + logged.get(f"{kind}_bias", 0.0))
+        return means
 
 
 def trial(experiment: Experiment, source: str, travel_tolerance: float) -> Trial:

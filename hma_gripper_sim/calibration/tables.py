@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from rich import box
-from rich.markup import escape
 from rich.table import Table
 
-from hma_gripper_sim.calibration.fitting import Calibration
+from hma_gripper_sim.calibration.fitting import Calibration, Direction
+from hma_gripper_sim.comparison.result_text import result_table
 from hma_gripper_sim.comparison.signal_errors import QUANTITIES
 
-CORRELATED = 0.95
-"""Correlation beyond which two parameters are said to be hard to tell apart."""
+CORRELATED = 0.9
+"""Correlation from which on two parameters are said to be hard to tell apart."""
+
+HARDLY = 0.05
+"""Share by which the residual has to fall for the search to have found something."""
+
+UNEXPLAINED, OF_RANGE = 5.0, 0.1
+"""Times its noise, and share of its range, that a signal may be missed by if the model holds."""
 
 
 def terminal_tables(result: Calibration) -> Iterator[Table]:
@@ -41,6 +46,19 @@ def terminal_tables(result: Calibration) -> Iterator[Table]:
         ]
         yield _table("Correlation of their errors", ("", *names), rows)
     yield _table(
+        "Identifiability: directions, in units of the room between the bounds",
+        ("direction", "singular value", "standard error", "told"),
+        [
+            (
+                direction_text(direction, names),
+                f"{direction.singular_value:.4g}",
+                f"{direction.standard_error:.2g}",
+                "yes" if direction.is_told else "NO",
+            )
+            for direction in result.directions
+        ],
+    )
+    yield _table(
         "Simulated - measured, RMS of the averages",
         ("signal", "averages", "before", "after", "unit", "that count as one"),
         [
@@ -57,6 +75,16 @@ def terminal_tables(result: Calibration) -> Iterator[Table]:
     )
 
 
+def direction_text(direction: Direction, names: Sequence[str]) -> str:
+    """Return a direction as a sum of parameters."""
+    parts = [
+        f"{'-' if share < 0.0 else '+'} {abs(share):.2g} {name}"
+        for share, name in zip(direction.shares, names, strict=True)
+        if abs(share) >= 0.01
+    ]
+    return " ".join(parts).removeprefix("+ ")
+
+
 def remarks(result: Calibration) -> Iterator[str]:
     """Yield what to be careful about."""
     if not result.converged:
@@ -64,11 +92,44 @@ def remarks(result: Calibration) -> Iterator[str]:
     for fitted in result.parameters:
         if fitted.at_bound:
             yield f"{fitted.free.parameter.name} is held by its bound: its error means nothing"
+    fell = 1.0 - result.residual_after / (result.residual_before or 1.0)
+    if fell < HARDLY:
+        yield (
+            f"the residual hardly fell, by {100.0 * max(0.0, fell):.2g} %: the start values were "
+            "as good, or the parameters are not what the simulation misses"
+        )
+    for signal in result.signals:
+        quantity = QUANTITIES[signal.name]
+        if signal.rmse_after > max(UNEXPLAINED * signal.noise, OF_RANGE * signal.span):
+            yield (
+                f"the model does not explain {quantity.label}: it is missed by "
+                f"{quantity.number(signal.rmse_after)} {quantity.shown_unit}, of a range of "
+                f"{quantity.number(signal.span)} and with a noise of "
+                f"{quantity.number(signal.noise)}"
+            )
     names = [fitted.free.parameter.name for fitted in result.parameters]
     for i, name in enumerate(names):
         for j in range(i):
-            if abs(result.correlation[i, j]) > CORRELATED:
-                yield f"{names[j]} and {name} can hardly be told apart by this experiment"
+            if abs(result.correlation[i, j]) >= CORRELATED:
+                yield (
+                    f"{names[j]} and {name} can hardly be told apart by this experiment: their "
+                    f"errors are correlated by {result.correlation[i, j]:+.3f}"
+                )
+    for delay in result.delays:
+        if delay.matters:
+            signals = "the force" if delay.name == "force_delay" else "φ"
+            side = "late" if delay.value > 0.0 else "early"
+            moved = " and ".join(
+                f"{name} by {move:+.2g}" for name, move in zip(names, delay.moves, strict=True)
+            )
+            yield (
+                f"{signals} seems to come {1e3 * abs(delay.value):.3g} ± "
+                f"{1e3 * delay.standard_error:.2g} ms {side} in the log; that would move {moved} "
+                f"standard errors: free {delay.name} as well, or state a 'delay' in the signal map"
+            )
+    for direction in result.directions:
+        if not direction.is_told:
+            yield f"the experiment cannot tell {direction_text(direction, names)}"
 
 
 def as_json(result: Calibration) -> dict[str, Any]:
@@ -85,14 +146,36 @@ def as_json(result: Calibration) -> dict[str, Any]:
                 "lower": fitted.free.lower,
                 "upper": fitted.free.upper,
                 "at_bound": fitted.at_bound,
+                "told": fitted.is_told,
             }
             for fitted in result.parameters
         },
         "correlation": result.correlation.tolist(),
+        "directions": [
+            {
+                "shares": list(direction.shares),
+                "singular_value": direction.singular_value,
+                "standard_error": direction.standard_error,
+                "told": direction.is_told,
+            }
+            for direction in result.directions
+        ],
+        "delays": {
+            delay.name: {
+                "unit": "s",
+                "value": delay.value,
+                "standard_error": delay.standard_error,
+                "matters": delay.matters,
+            }
+            for delay in result.delays
+        },
+        "residual_before": result.residual_before,
+        "residual_after": result.residual_after,
         "signals": {
             signal.name: {
                 "unit": QUANTITIES[signal.name].unit,
                 "count": signal.count,
+                "noise": signal.noise,
                 "rmse_before": signal.rmse_before,
                 "rmse_after": signal.rmse_after,
                 "autocorrelation": signal.autocorrelation,
@@ -104,9 +187,4 @@ def as_json(result: Calibration) -> dict[str, Any]:
 
 
 def _table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for column, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if column else "left")
-    for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
-    return table
+    return result_table(title, headings, rows, left=headings[:1])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hma_gripper_sim.cli.option_types import FILE
 from hma_gripper_sim.cli.replay import travel_tolerance_option
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.calibration.fitting import Calibration
+    from hma_gripper_sim.experiments.experiment import Experiment
 
 
 @click.command()
@@ -19,7 +23,8 @@ from hma_gripper_sim.cli.replay import travel_tolerance_option
     metavar="NAME,...",
     help="What to find: friction (mu), clearance, offset, normal_stiffness, normal_damping, "
     "youngs_modulus (E), density (rho), width, height, top_length, beam_length, beam_angle, "
-    "joint_damping.",
+    "joint_damping; and, of how the log came about, force_delay, angle_delay, force_bias, "
+    "angle_bias.",
 )
 @click.option(
     "--bound",
@@ -52,7 +57,8 @@ def calibrate(
     \b
     Exit code: 0  found
                1  the search did not converge, or the scene cannot be simulated
-               2  bad input: one line says which file, which field and why
+               2  bad input, or an experiment that cannot tell what is asked for: one line says
+                  which file, which field and why
 
     \b
     Examples:
@@ -65,8 +71,11 @@ def calibrate(
     from hma_gripper_sim.calibration.fitting import calibrate
     from hma_gripper_sim.calibration.free_parameters import free_parameters
     from hma_gripper_sim.calibration.observations import trial
-    from hma_gripper_sim.calibration.tables import as_json, remarks, terminal_tables
+    from hma_gripper_sim.calibration.tables import remarks, terminal_tables
     from hma_gripper_sim.cli.compare import write_text
+    from hma_gripper_sim.cli.printing import print_notes, print_tables
+    from hma_gripper_sim.comparison.result_text import json_text
+    from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.experiments.experiment_file import read_experiment
 
     read = read_experiment(experiment)
@@ -88,11 +97,31 @@ def calibrate(
             ),
         )
     console = Console()
-    for table in terminal_tables(result):
-        console.print(table)
-    for remark in (*measured.notes, *remarks(result)):
-        console.print(f"note: {remark}", markup=False, highlight=False, soft_wrap=True)
+    print_tables(console, terminal_tables(result))
+    print_notes(console, (*measured.notes, *remarks(result)))
     if json_file:
-        text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(json_file, text + "\n")
+        write_text(json_file, json_text(_as_json(experiment, read, result)))
+    if result.untold:
+        raise InputError(
+            f"the experiment cannot tell {' and '.join(result.untold)}: the standard error is "
+            "comparable with the room between the bounds; leave out what it does not show, or "
+            "record a log that begins before the touch",
+            field="--free",
+            source=str(experiment),
+        )
     ctx.exit(0 if result.converged else 1)
+
+
+def _as_json(path: Path, experiment: Experiment, result: Calibration) -> dict[str, Any]:
+    """Return what was found, and from where the search started."""
+    from hma_gripper_sim.calibration.tables import as_json
+    from hma_gripper_sim.comparison.provenance import program_version, simulation_facts
+    from hma_gripper_sim.experiments.node_parameters import node_parameters
+    from hma_gripper_sim.replay.simulated_settings import flat
+
+    return {
+        "experiment": str(path),
+        "start": dict(simulation_facts(flat(node_parameters([experiment])))),
+        "version": program_version(),
+        **as_json(result),
+    }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +21,16 @@ max_error_option = click.option(
     help="Exit with 1 if the error is larger anywhere; may be repeated. LIMIT is relative, such "
     "as 2%, or has a unit. SIGNAL: travel, actuator_force (force), phi (the mean of both sides), "
     "phi_left, phi_right, bending_moment.",
+)
+min_coverage_option = click.option(
+    "--min-coverage",
+    "least_coverage",
+    type=Quantity("", minimum=0.0, maximum=1.0),
+    default="95%",
+    show_default=True,
+    metavar="SHARE",
+    help="How much of the measured signal a simulated one has to cover for a bound on it to be "
+    "kept. No gap may be longer than a fifth of what need not be covered.",
 )
 json_option = click.option("--json", "json_file", type=FILE, help="Write the comparison here.")
 html_option = click.option(
@@ -59,6 +68,7 @@ html_option = click.option(
     help="Also report the signals at this time of the experiment's log; may be repeated.",
 )
 @max_error_option
+@min_coverage_option
 @json_option
 @html_option
 @click.pass_context
@@ -70,6 +80,7 @@ def compare(
     align: str,
     instants: tuple[float, ...],
     max_errors: tuple[str, ...],
+    least_coverage: float,
     json_file: Path | None,
     html_file: Path | None,
 ) -> None:
@@ -84,7 +95,7 @@ def compare(
 
     \b
     Exit code: 0  every bound is kept, those in the experiment file and those of --max-error
-               1  a bound is not kept
+               1  a bound is not kept, or not enough is covered to judge by
                2  bad input: one line says which file, which field and why
 
     \b
@@ -103,6 +114,7 @@ def compare(
         method=align,
         instants=instants,
         bounds=[read_bound(text) for text in max_errors],
+        least_coverage=least_coverage,
     )
     show(result)
     write(result, json_file, html_file)
@@ -113,23 +125,22 @@ def show(result: LogComparison) -> None:
     """Print a comparison."""
     from rich.console import Console
 
+    from hma_gripper_sim.cli.printing import print_line, print_notes, print_tables
     from hma_gripper_sim.comparison.tables import terminal_tables
 
     console = Console()
-    for note in result.notes:
-        console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"{result.alignment}.", markup=False, highlight=False, soft_wrap=True)
-    for table in terminal_tables(result):
-        console.print(table)
+    print_notes(console, result.notes)
+    print_line(console, f"{result.alignment}.")
+    print_tables(console, terminal_tables(result))
 
 
 def write(result: LogComparison, json_file: Path | None, html_file: Path | None) -> None:
     """Write a comparison to the files that are asked for."""
     if json_file:
+        from hma_gripper_sim.comparison.result_text import json_text
         from hma_gripper_sim.comparison.tables import as_json
 
-        text = json.dumps(as_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(json_file, text + "\n")
+        write_text(json_file, json_text(as_json(result)))
     if html_file:
         from hma_gripper_sim.comparison.html_page import html_page  # matplotlib is slow to import
 

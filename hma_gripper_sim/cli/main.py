@@ -10,6 +10,7 @@ from hma_gripper_sim.cli.benchmark import benchmark
 from hma_gripper_sim.cli.calibrate import calibrate
 from hma_gripper_sim.cli.compare import compare
 from hma_gripper_sim.cli.demo import demo
+from hma_gripper_sim.cli.inspect import inspect
 from hma_gripper_sim.cli.record import record
 from hma_gripper_sim.cli.replay import replay
 from hma_gripper_sim.cli.urdf import urdf
@@ -37,7 +38,7 @@ def cli() -> None:
     """Simulate a passive compliant gripper, and compare it with real ones."""
 
 
-for command in (benchmark, calibrate, compare, demo, record, replay, urdf):
+for command in (benchmark, calibrate, compare, demo, inspect, record, replay, urdf):
     cli.add_command(command)
 
 

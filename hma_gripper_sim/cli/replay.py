@@ -6,7 +6,12 @@ from pathlib import Path
 
 import click
 
-from hma_gripper_sim.cli.compare import html_option, json_option, max_error_option
+from hma_gripper_sim.cli.compare import (
+    html_option,
+    json_option,
+    max_error_option,
+    min_coverage_option,
+)
 from hma_gripper_sim.cli.option_types import FILE, Quantity
 
 travel_tolerance_option = click.option(
@@ -68,6 +73,7 @@ travel_tolerance_option = click.option(
 )
 @travel_tolerance_option
 @max_error_option
+@min_coverage_option
 @json_option
 @html_option
 @click.pass_context
@@ -84,6 +90,7 @@ def replay(
     rate: float | None,
     travel_tolerance: float,
     max_errors: tuple[str, ...],
+    least_coverage: float,
     json_file: Path | None,
     html_file: Path | None,
 ) -> None:
@@ -125,6 +132,7 @@ def replay(
         rate=rate,
         travel_tolerance=travel_tolerance,
         bounds=[read_bound(text) for text in max_errors],
+        least_coverage=least_coverage,
     )
     result = carry_out(request)
     if result is not None:

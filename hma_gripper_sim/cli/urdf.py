@@ -18,6 +18,13 @@ from hma_gripper_sim.errors import InputError
     help="Parameter file (YAML) that the node is started with: design, elements, limits.",
 )
 @click.option(
+    "--node",
+    default="hma_gripper_sim",
+    show_default=True,
+    metavar="NAME",
+    help="Name of the node, by which that file calls it.",
+)
+@click.option(
     "--design",
     type=FILE,
     metavar="FILE",
@@ -30,6 +37,18 @@ from hma_gripper_sim.errors import InputError
 )
 @click.option("--elements-top", type=int, metavar="N", help="Elements of half the top beam.")
 @click.option("--elements-beam", type=int, metavar="N", help="Elements of a side beam.")
+@click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Any other parameter of the node, as it was told to the node.",
+)
+@click.option(
+    "--prefix",
+    metavar="TEXT",
+    help="Stands before all names, as the node's parameter. Default: that of the file, or none.",
+)
 @click.option(
     "--parent",
     metavar="LINK",
@@ -57,10 +76,13 @@ from hma_gripper_sim.errors import InputError
 )
 def urdf(
     params_file: Path | None,
+    node: str,
     design: Path | None,
     discretisation: str | None,
     elements_top: int | None,
     elements_beam: int | None,
+    assignments: tuple[str, ...],
+    prefix: str | None,
     parent: str | None,
     arm: Path | None,
     xyz: tuple[float, float, float],
@@ -81,19 +103,24 @@ def urdf(
       hma_gripper urdf --output gripper.urdf
       hma_gripper urdf --params-file sim_node.yaml --parent tool0
       hma_gripper urdf --arm arm.urdf --parent tool0 --output arm_with_gripper.urdf
+      hma_gripper urdf --prefix left_ --arm arm.urdf --parent left_tool0
       hma_gripper urdf --discretisation midpoint --elements-top 2 --elements-beam 8
     """
     from hma_gripper_sim.device.parameter_file import read_parameter_file
     from hma_gripper_sim.device.settings import Settings
+    from hma_gripper_sim.replay.simulated_settings import assignment
     from hma_gripper_sim.results.robot_description import gripper_urdf
     from hma_gripper_sim.yaml_reading import read_text
 
-    given = read_parameter_file(params_file) if params_file else {}
+    given = read_parameter_file(params_file, node) if params_file else {}
+    for text in assignments:
+        given |= assignment(text)
     told = {
         "design": str(design) if design else None,
         "discretisation": discretisation,
         "elements_top": elements_top,
         "elements_beam": elements_beam,
+        "prefix": prefix,
     }
     given |= {name: value for name, value in told.items() if value is not None}
     try:
@@ -106,7 +133,15 @@ def urdf(
     scene = settings.scenes[settings.contour]
     carrier = read_text(arm) if arm else None
     try:
-        text = gripper_urdf(scene, settings.limits, parent=parent, xyz=xyz, rpy=rpy, arm=carrier)
+        text = gripper_urdf(
+            scene,
+            settings.limits,
+            parent=parent,
+            xyz=xyz,
+            rpy=rpy,
+            arm=carrier,
+            prefix=settings.prefix,
+        )
     except InputError as error:
         raise error.within(source=str(arm) if error.field == "arm" else None) from None
     if output is None:

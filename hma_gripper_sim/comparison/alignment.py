@@ -23,6 +23,10 @@ MAX_SAMPLES = 200_000
 """Of the first search: longer logs are searched more coarsely."""
 
 
+LONGEST_DELAY, DELAY_STEP, MAX_DELAY_SAMPLES = 1.0, 0.01, 20_000
+"""Delays of a signal that are looked for [s], how finely [s], and at how many samples at most."""
+
+
 @dataclass(frozen=True)
 class Alignment:
     """How the time of a simulated log is matched with that of an experiment.
@@ -120,6 +124,37 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
         options={"xatol": 1e-6},
     )
     return float(found.x)
+
+
+def estimated_delay(simulated: Series, measured: Series) -> tuple[float, float] | None:
+    """Return how late a measured signal is where it differs least from a simulated one.
+
+    Returns
+    -------
+    The delay [s], within `LONGEST_DELAY`, and the share of the RMSE that is left with it; None if
+    the signals overlap too little to tell.
+    """
+    start = max(simulated.time[0], measured.time[0]) + LONGEST_DELAY
+    end = min(simulated.time[-1], measured.time[-1]) - LONGEST_DELAY
+    if end - start < 2.0 * LONGEST_DELAY:
+        return None
+    step = max(DELAY_STEP, (end - start) / MAX_DELAY_SAMPLES)
+    time = np.arange(start, end, step)
+    wanted = np.interp(time, measured.time, measured.value)
+    lags = np.arange(-round(LONGEST_DELAY / step), round(LONGEST_DELAY / step) + 1)
+    shifted = (
+        np.interp(time - lag * step, simulated.time, simulated.value) - wanted for lag in lags
+    )
+    errors = np.array([float(np.sqrt(np.mean(difference**2))) for difference in shifted])
+    undelayed, best = errors[len(lags) // 2], int(errors.argmin())
+    if undelayed == 0.0:
+        return 0.0, 1.0
+    fine = 0.0
+    if 0 < best < len(lags) - 1:
+        before, at, after = errors[best - 1 : best + 2]
+        curvature = before - 2.0 * at + after
+        fine = 0.5 * (before - after) / curvature if curvature > 0.0 else 0.0
+    return float((lags[best] + fine) * step), float(errors[best] / undelayed)
 
 
 def _range(recording: Recording) -> tuple[float, float]:

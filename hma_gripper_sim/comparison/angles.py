@@ -42,8 +42,8 @@ class AngleComparison:
 
     @property
     def relative_error(self) -> float:
-        """|simulated - average| / average."""
-        return abs(self.simulated - self.average) / self.average
+        """Magnitude of the difference from the average, relative to it; NaN where that is 0."""
+        return abs(self.simulated - self.average) / (self.average or math.nan)
 
     @property
     def spread(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hma_gripper_sim.comparison.coverage import ENOUGH, Coverage
 from hma_gripper_sim.comparison.signal_errors import QUANTITIES
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.units import quantity
@@ -40,23 +41,52 @@ class Bound:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A bound, and the largest error that was found [SI, or relative]."""
+    """A bound, and what was found.
+
+    Attributes
+    ----------
+    bound
+        What is allowed.
+    largest
+        Error that was found [SI, or relative].
+    coverage
+        How much of the measured signal was compared; None where it was measured at instants.
+    least
+        Share of it that has to be covered for the bound to be judged.
+    """
 
     bound: Bound
     largest: float
+    coverage: Coverage | None = None
+    least: float = ENOUGH
+
+    @property
+    def covers(self) -> bool:
+        """Whether enough was compared to judge by."""
+        return self.coverage is None or self.coverage.is_enough(self.least)
 
     @property
     def inside(self) -> bool:
-        """Whether the bound is kept (NaN never is)."""
-        return self.largest <= self.bound.limit
+        """Whether the bound is kept (NaN never is), wherever the signal was measured."""
+        return self.largest <= self.bound.limit and self.covers
 
-    @property
-    def text(self) -> str:
-        """The error, in words."""
+    def cells(self) -> tuple[str, ...]:
+        """Return it as text, as `BOUND_HEADINGS` names it."""
         shown = QUANTITIES[self.bound.name]
+        found = f"{self.largest * shown.shown_per_si:.3g} {shown.shown_unit}"
         if self.bound.relative:
-            return f"{100.0 * self.largest:.3g} %"
-        return f"{self.largest * shown.shown_per_si:.3g} {shown.shown_unit}"
+            found = f"{100.0 * self.largest:.3g} %"
+        covered, gap = "", ""
+        if self.coverage is not None:
+            covered = f"{100.0 * self.coverage.share:.3g} %"
+            gap = f"{self.coverage.largest_gap:.3g} s"
+        verdict = "yes" if self.inside else "NO"
+        if not self.covers:
+            verdict = "NO: not covered"
+        return self.bound.name, self.bound.text, found, covered, gap, verdict
+
+
+BOUND_HEADINGS = ("signal", "largest error allowed", "found", "covered", "largest gap", "inside")
 
 
 def read_bound(text: str) -> Bound:

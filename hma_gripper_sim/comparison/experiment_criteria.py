@@ -42,7 +42,7 @@ class Comparison:
 
     @property
     def relative_error(self) -> float | None:
-        """|value - expected| / |expected| as in Table 5.3; None where none or 0 is expected."""
+        """As in Table 5.3, relative to what is expected; None where that is nothing or 0."""
         expected = self.criterion.expected
         return abs(self.value - expected) / abs(expected) if expected else None
 

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 
 from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
+from hma_gripper_sim.comparison.bounds import BOUND_HEADINGS
 from hma_gripper_sim.comparison.log_comparison import LogComparison
 from hma_gripper_sim.comparison.report import HEADINGS, cells
 from hma_gripper_sim.comparison.run_plots import plot_force, plot_phi
@@ -23,6 +24,7 @@ from hma_gripper_sim.comparison.tables import (
     SPREAD,
     error_rows,
     instant_rows,
+    stated_facts,
 )
 
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -73,25 +75,15 @@ def _lines(result: LogComparison) -> Iterator[str]:
     yield f"<h1>{title}</h1>"
     yield from _verdict(result)
     yield "<dl>"
-    for term, text in (
-        ("Simulated", result.simulated),
-        ("Experiment", result.experiment),
-        ("Time", result.alignment),
-    ):
-        yield f"<dt>{term}</dt><dd>{escape(text)}</dd>"
+    for term, text in stated_facts(result):
+        yield f"<dt>{escape(term)}</dt><dd>{escape(text)}</dd>"
     yield "</dl>"
     if result.angles:
         yield "<h2>Angles of deflection (Table 5.3)</h2>"
         yield from _table(ANGLE_HEADINGS, [row.cells() for row in result.angles])
     if result.verdicts:
         yield "<h2>Bounds</h2>"
-        yield from _table(
-            ("signal", "largest error allowed", "found", "inside"),
-            [
-                (v.bound.name, v.bound.text, v.text, "yes" if v.inside else "NO")
-                for v in result.verdicts
-            ],
-        )
+        yield from _table(BOUND_HEADINGS, [verdict.cells() for verdict in result.verdicts])
     if result.criteria:
         yield "<h2>Figures</h2>"
         yield from _table(HEADINGS, [cells(comparison) for comparison in result.criteria])
@@ -150,7 +142,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[s
         yield f"<th{kind}>{escape(heading)}</th>"
     yield "</tr></thead><tbody>"
     for row in rows:
-        outside = ' class="outside"' if "NO" in row else ""
+        outside = ' class="outside"' if any(cell.startswith("NO") for cell in row) else ""
         line = (f"<td{kind}>{escape(cell)}</td>" for cell, kind in zip(row, kinds, strict=True))
         yield f"<tr{outside}>{''.join(line)}</tr>"
     yield "</tbody></table>"

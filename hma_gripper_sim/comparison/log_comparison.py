@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from hma_gripper_sim.bags.log_metadata import read_remarks
-from hma_gripper_sim.comparison.alignment import align_recordings
+from hma_gripper_sim.bags.log_metadata import logged_parameters, read_remarks
+from hma_gripper_sim.comparison.alignment import align_recordings, estimated_delay
 from hma_gripper_sim.comparison.angles import AngleComparison, compare_angles
 from hma_gripper_sim.comparison.bounds import Bound, Verdict
+from hma_gripper_sim.comparison.coverage import ENOUGH
 from hma_gripper_sim.comparison.experiment_criteria import Comparison, align, compare
 from hma_gripper_sim.comparison.phases import Phases, find_phases
-from hma_gripper_sim.comparison.signal_errors import SignalErrors, signal_errors
+from hma_gripper_sim.comparison.provenance import Facts, simulation_facts
+from hma_gripper_sim.comparison.signal_errors import QUANTITIES, SignalErrors, signal_errors
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.experiments.experiment_file import is_experiment, read_experiment
@@ -22,6 +24,14 @@ from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.recording import Recording
 from hma_gripper_sim.recordings.run_figures import Run
 from hma_gripper_sim.recordings.signal_map import SignalMap
+
+_LEAST_DELAY, _BETTER = 0.02, 0.8
+"""A delay of a signal [s] that is worth a note, and the share of its RMSE that is then left."""
+
+_RELATIVE_TO_0 = (
+    "the measured signal is 0 throughout (a dead or tared sensor?), so that no error is relative "
+    "to it: give the bound a unit, such as 5mN"
+)
 
 
 @dataclass(frozen=True)
@@ -49,6 +59,11 @@ class LogComparison:
         On the asked bounds.
     notes
         What was recovered or left out.
+    simulation
+        What was simulated.
+    signal_map
+        The file that said where the experiment's signals are; empty: as the node publishes them,
+        or as the experiment says.
     """
 
     title: str
@@ -63,6 +78,8 @@ class LogComparison:
     phases: Phases | None = None
     verdicts: tuple[Verdict, ...] = ()
     notes: tuple[str, ...] = ()
+    simulation: Facts = ()
+    signal_map: str = ""
 
     @property
     def passed(self) -> bool:
@@ -78,6 +95,7 @@ def compare_files(
     method: str = "auto",
     instants: Sequence[float] = (),
     bounds: Sequence[Bound] = (),
+    least_coverage: float = ENOUGH,
 ) -> LogComparison:
     """Compare a log of ours with an experiment file, the name of a shipped one, or a log.
 
@@ -85,7 +103,7 @@ def compare_files(
     ----------
     signal_map
         File that says where the signals of that log are; None: where the node publishes them.
-    method, instants, bounds
+    method, instants, bounds, least_coverage
         See `compare_recordings`.
 
     Raises
@@ -95,26 +113,31 @@ def compare_files(
     """
     recording = read_recording(simulated)
     recording = replace(recording, notes=(*read_remarks(simulated), *recording.notes))
+    facts = simulation_facts(logged_parameters(simulated))
     if is_experiment(experiment):
         if signal_map is not None:
             raise InputError("an experiment file names its own", field="--signals")
-        return compare_experiment(
+        result = compare_experiment(
             recording,
             read_experiment(experiment),
             str(experiment),
             method=method,
             instants=instants,
             bounds=bounds,
+            least_coverage=least_coverage,
         )
+        return replace(result, simulation=facts)
     entries = None if signal_map is None else SignalMap.from_yaml(signal_map)
-    return compare_recordings(
+    result = compare_recordings(
         recording,
         read_recording(experiment, entries),
         title=f"{simulated.name} compared with {experiment.name}",
         method=method,
         instants=instants,
         bounds=bounds,
+        least_coverage=least_coverage,
     )
+    return replace(result, simulation=facts, signal_map=str(signal_map or ""))
 
 
 def compare_experiment(
@@ -125,6 +148,7 @@ def compare_experiment(
     method: str = "auto",
     instants: Sequence[float] = (),
     bounds: Sequence[Bound] = (),
+    least_coverage: float = ENOUGH,
 ) -> LogComparison:
     """Compare a recording with all that an experiment has: its log, and what it has at instants."""
     if not (experiment.measured or experiment.published or experiment.log):
@@ -140,6 +164,7 @@ def compare_experiment(
         method=method,
         instants=instants,
         bounds=bounds,
+        least_coverage=least_coverage,
     )
     if not (experiment.measured or experiment.published):
         return result
@@ -161,6 +186,7 @@ def compare_recordings(
     method: str = "auto",
     instants: Sequence[float] = (),
     bounds: Sequence[Bound] = (),
+    least_coverage: float = ENOUGH,
 ) -> LogComparison:
     """Compare two logs.
 
@@ -172,6 +198,8 @@ def compare_recordings(
         Times of the experiment's log to report as well [s].
     bounds
         To judge by.
+    least_coverage
+        Share of a measured signal that has to be covered for a bound on it to be kept.
 
     Raises
     ------
@@ -195,9 +223,27 @@ def compare_recordings(
         alignment.description,
         signals=signals,
         phases=phases,
-        verdicts=tuple(_judge_signal(bound, signals, experiment.source) for bound in bounds),
-        notes=_notes(simulated, experiment, signals),
+        verdicts=tuple(
+            _judge_signal(bound, signals, experiment.source, least_coverage) for bound in bounds
+        ),
+        notes=(*_notes(simulated, experiment, signals), *_delays(moved, experiment)),
     )
+
+
+def _delays(simulated: Recording, experiment: Recording) -> Iterator[str]:
+    """Yield which measured signals would be met better if they were taken to be late."""
+    for name in ("actuator_force", "phi_left", "phi_right"):
+        if name not in simulated.signals or name not in experiment.signals:
+            continue
+        found = estimated_delay(simulated[name], experiment[name])
+        if found is None or abs(found[0]) < _LEAST_DELAY or found[1] > _BETTER:
+            continue
+        delay, left = found
+        yield (
+            f"{QUANTITIES[name].label}: would be met better, with {100.0 * left:.2g} % of its "
+            f"RMSE, if it came {abs(delay):.2g} s {'late' if delay > 0.0 else 'early'} in the "
+            f"experiment's log: are its clocks apart ('delay: {delay:.2g} s' in the signal map)?"
+        )
 
 
 def compare_instants(
@@ -228,24 +274,34 @@ def compare_instants(
     )
 
 
-def _judge_signal(bound: Bound, signals: Sequence[SignalErrors], source: str) -> Verdict:
+def _judge_signal(
+    bound: Bound, signals: Sequence[SignalErrors], source: str, least_coverage: float
+) -> Verdict:
+    field = f"--max-error {bound.name}"
     for signal in signals:
         if signal.name == bound.name:
-            scale = signal.largest if bound.relative else 1.0
             error = signal.overall.maximum
-            return Verdict(bound, error / scale if error else 0.0)
-    raise InputError("is not in both logs", field=f"--max-error {bound.name}", source=source)
+            if bound.relative and not signal.largest:
+                raise InputError(_RELATIVE_TO_0, field=field, source=source)
+            scale = signal.largest if bound.relative else 1.0
+            return Verdict(bound, error / scale, signal.coverage, least_coverage)
+    raise InputError("is not in both logs", field=field, source=source)
 
 
 def _judge_criterion(bound: Bound, criteria: Sequence[Comparison], source: str) -> Verdict:
-    errors = [
-        abs(c.value - c.criterion.expected) / (abs(c.criterion.expected) if bound.relative else 1.0)
-        for c in criteria
-        if c.criterion.figure == bound.name and c.criterion.expected
-    ]
+    field = f"--max-error {bound.name}"
+    errors = []
+    for comparison in criteria:
+        expected = comparison.criterion.expected
+        if comparison.criterion.figure != bound.name or expected is None:
+            continue
+        if bound.relative and not expected:
+            raise InputError(_RELATIVE_TO_0, field=field, source=source)
+        scale = abs(expected) if bound.relative else 1.0
+        errors.append(abs(comparison.value - expected) / scale)
     if not errors:
-        raise InputError("was not measured", field=f"--max-error {bound.name}", source=source)
-    return Verdict(bound, max(errors))
+        raise InputError("was not measured", field=field, source=source)
+    return Verdict(bound, float(np.max(errors)))  # NaN if one of them is
 
 
 def _notes(
@@ -257,5 +313,11 @@ def _notes(
         f"{signal.quantity.label}: {signal.skipped} samples not compared, in gaps of the other log"
         for signal in signals
         if signal.skipped
+    ]
+    notes += [
+        f"{signal.quantity.label}: the simulated log covers {100.0 * signal.coverage.share:.3g} % "
+        f"of what was measured, with gaps of up to {signal.coverage.largest_gap:.3g} s"
+        for signal in signals
+        if not signal.coverage.is_enough(ENOUGH)
     ]
     return tuple(notes)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich import box
 from rich.table import Table
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.comparison.experiment_criteria import Comparison
+from hma_gripper_sim.comparison.provenance import Facts, program_version, simulation_facts
+from hma_gripper_sim.comparison.result_text import json_text, result_table
 from hma_gripper_sim.experiments.experiment import Experiment
 from hma_gripper_sim.recordings.run_figures import FIGURES
 
@@ -39,20 +39,9 @@ class Result:
 
 def terminal_table(title: str, comparisons: Sequence[Comparison]) -> Table:
     """Return comparisons as a table for a rich console."""
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for heading in HEADINGS[:-1]:
-        numeric = heading in ("simulated", "error")
-        table.add_column(heading, justify="right" if numeric else "left", no_wrap=True)
-    table.add_column(HEADINGS[-1])
-    for comparison in comparisons:
-        style = None if comparison.inside else "bold red"
-        table.add_row(*cells(comparison), style=style)
-    return table
+    rows = [cells(comparison) for comparison in comparisons]
+    words = ("figure", "expected", "inside", "source")
+    return result_table(title, HEADINGS, rows, left=words, wrapped="source")
 
 
 def write_report(directory: Path, results: Sequence[Result]) -> None:
@@ -62,8 +51,7 @@ def write_report(directory: Path, results: Sequence[Result]) -> None:
         "passed": all(result.passed for result in results),
         "experiments": [_plain(directory, result) for result in results],
     }
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    (directory / "report.json").write_text(text + "\n", encoding="utf-8")
+    (directory / "report.json").write_text(json_text(content), encoding="utf-8")
 
 
 def cells(comparison: Comparison) -> tuple[str, ...]:
@@ -110,12 +98,18 @@ def _markdown(directory: Path, results: Sequence[Result]) -> str:
             "",
             *(f"- {remark}" for remark in result.remarks),
             "",
-            f"Log: `{result.log.relative_to(directory)}`",
+            *(f"- {term}: {text}" for term, text in _facts(result)),
+            "",
+            f"Log: `{result.log.relative_to(directory)}` ({program_version()})",
             "",
             *(f"![{p.stem}]({p.relative_to(directory).as_posix()})" for p in result.pictures),
             "",
         ]
     return "\n".join(lines)
+
+
+def _facts(result: Result) -> Facts:
+    return simulation_facts(logged_parameters(result.log))
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -128,6 +122,8 @@ def _plain(directory: Path, result: Result) -> dict[str, object]:
         "source": result.experiment.source,
         "log": str(result.log.relative_to(directory)),
         "passed": result.passed,
+        "simulation": dict(_facts(result)),
+        "version": program_version(),
         "comparisons": [plain(comparison) for comparison in result.comparisons],
         "remarks": list(result.remarks),
     }
@@ -140,17 +136,12 @@ def plain(comparison: Comparison) -> dict[str, object]:
         "figure": criterion.figure,
         "time": criterion.time,
         "unit": FIGURES[criterion.figure].unit,
-        "value": _finite(comparison.value),
+        "value": comparison.value,
         "expected": criterion.expected,
-        "relative_error": _finite(comparison.relative_error),
-        "lower": _finite(criterion.lower),
-        "upper": _finite(criterion.upper),
+        "relative_error": comparison.relative_error,
+        "lower": criterion.lower,
+        "upper": criterion.upper,
         "judged": comparison.judged,
         "inside": comparison.inside,
         "source": criterion.source,
     }
-
-
-def _finite(value: float | None) -> float | None:
-    """Return `value`, or None (JSON's null) for what JSON cannot hold."""
-    return value if value is not None and math.isfinite(value) else None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from hma_gripper_sim.comparison.coverage import Coverage, coverage, known_at
 from hma_gripper_sim.comparison.phases import PHASES, Phases
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 
@@ -37,9 +38,6 @@ QUANTITIES: Mapping[str, Quantity] = {
     "bending_moment": Quantity("M", "N*m", "mN m", 1e3, 4),
 }
 """The signals that are compared, where both logs have them."""
-
-LONGEST_GAP = 5.0
-"""Median sample periods over which a signal is still interpolated."""
 
 RELATIVE = (
     "Relative errors are RMSE / largest magnitude of the experiment's signal (for φ nearly Table "
@@ -96,7 +94,7 @@ class InstantError:
 
     @property
     def relative(self) -> float | None:
-        """|simulated - measured| / |measured|, as in Table 5.3; None where 0 was measured."""
+        """As in Table 5.3, relative to what was measured; None where that was 0."""
         return abs(self.error / self.measured) if self.measured else None
 
     @property
@@ -117,6 +115,8 @@ class SignalErrors:
         Where both are known [s, SI], shape (n,): at the samples of the one with fewer.
     largest
         Largest magnitude that was measured [SI].
+    coverage
+        How much of what was measured the simulated signal covers.
     skipped
         Samples that were left out because the other log has a gap there.
     overall
@@ -132,6 +132,7 @@ class SignalErrors:
     simulated: FloatArray
     measured: FloatArray
     largest: float
+    coverage: Coverage
     skipped: int
     overall: Errors
     phases: Mapping[str, Errors]
@@ -169,7 +170,7 @@ def signal_errors(
         if not len(time):
             continue
         spread = _spread(experiment, name, time)
-        largest = float(np.abs(theirs).max())
+        largest = float(np.abs(other.value).max())
 
         def errors(
             kept: npt.NDArray[np.bool_],
@@ -197,6 +198,7 @@ def signal_errors(
             ours,
             theirs,
             largest,
+            coverage(own, other),
             skipped,
             errors(np.ones(len(time), dtype=np.bool_)),
             by_phase,
@@ -235,9 +237,11 @@ def _signal(recording: Recording, name: str) -> Series | None:
     left, right = (recording.signals.get(f"phi_{side}") for side in ("left", "right"))
     if left is None or right is None:
         return None
-    common = left.between(float(right.time[0]), float(right.time[-1]))
-    other = np.interp(common.time, right.time, right.value)
-    return Series(common.time, 0.5 * (common.value + other))
+    both = known_at(right, left.time)
+    if not both.any():
+        return None
+    time = left.time[both]
+    return Series(time, 0.5 * (left.value[both] + np.interp(time, right.time, right.value)))
 
 
 def _on_common_times(
@@ -250,12 +254,7 @@ def _on_common_times(
         time, other = here.time, theirs
     else:
         time, other = there.time, ours
-    after = np.clip(np.searchsorted(other.time, time), 1, max(1, len(other.time) - 1))
-    kept = np.ones(len(time), dtype=np.bool_)
-    if len(other.time) > 1:
-        gaps = np.diff(other.time)
-        exact = (other.time[after] == time) | (other.time[after - 1] == time)
-        kept = exact | (gaps[after - 1] <= LONGEST_GAP * np.median(gaps))
+    kept = known_at(other, time)
     time = time[kept]
     return (
         time,

@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from hma_gripper_sim.comparison.angles import ANGLE_HEADINGS
+from hma_gripper_sim.comparison.bounds import BOUND_HEADINGS
 from hma_gripper_sim.comparison.log_comparison import LogComparison
+from hma_gripper_sim.comparison.provenance import Facts, program_version
 from hma_gripper_sim.comparison.report import plain, terminal_table
+from hma_gripper_sim.comparison.result_text import result_table
 from hma_gripper_sim.comparison.signal_errors import Errors, InstantError, SignalErrors
 
 ERROR_HEADINGS = ("signal", "over", "RMSE", "largest", "at", "bias", "relative", "spread")
@@ -38,11 +39,8 @@ def terminal_tables(result: LogComparison) -> Iterator[Table]:
     if rows:
         yield _table("At the asked instants", INSTANT_HEADINGS, rows, SPREAD)
     if result.verdicts:
-        rows = [
-            (v.bound.name, v.bound.text, v.text, "yes" if v.inside else "NO")
-            for v in result.verdicts
-        ]
-        yield _table("Bounds", ("signal", "largest error allowed", "found", "inside"), rows)
+        rows = [verdict.cells() for verdict in result.verdicts]
+        yield _table("Bounds", BOUND_HEADINGS, rows)
 
 
 def error_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
@@ -78,6 +76,18 @@ def instant_rows(signal: SignalErrors) -> Iterator[tuple[str, ...]]:
         )
 
 
+def stated_facts(result: LogComparison) -> Facts:
+    """Return what was compared, and what was simulated."""
+    return (
+        ("Simulated", result.simulated),
+        ("Experiment", result.experiment),
+        ("Signal map", result.signal_map or "as the node publishes, or as the experiment says"),
+        ("Time", result.alignment),
+        *result.simulation,
+        ("Compared by", program_version()),
+    )
+
+
 def as_json(result: LogComparison) -> dict[str, Any]:
     """Return all there is to a comparison as JSON can hold it; SI."""
     return {
@@ -86,16 +96,19 @@ def as_json(result: LogComparison) -> dict[str, Any]:
         "simulated": result.simulated,
         "experiment": result.experiment,
         "alignment": result.alignment,
+        "signal_map": result.signal_map or None,
+        "simulation": dict(result.simulation),
+        "version": program_version(),
         "notes": list(result.notes),
         "angles": [
             {
                 "time": row.time,
                 "unit": "rad",
-                "simulated": _finite(row.simulated),
+                "simulated": row.simulated,
                 "left": row.left,
                 "right": row.right,
                 "average": row.average,
-                "relative_error": _finite(row.relative_error),
+                "relative_error": row.relative_error,
                 "spread": row.spread,
                 "verdict": row.verdict,
             }
@@ -108,16 +121,18 @@ def as_json(result: LogComparison) -> dict[str, Any]:
             signal.name: {
                 "unit": signal.quantity.unit,
                 "largest_measured": signal.largest,
+                "coverage": signal.coverage.share,
+                "largest_gap": signal.coverage.largest_gap,
                 "skipped": signal.skipped,
                 "overall": _errors(signal.overall),
                 "phases": {name: _errors(errors) for name, errors in signal.phases.items()},
                 "instants": [
                     {
                         "time": instant.time,
-                        "simulated": _finite(instant.simulated),
-                        "measured": _finite(instant.measured),
-                        "relative_error": _finite(instant.relative),
-                        "spread": _finite(instant.spread),
+                        "simulated": instant.simulated,
+                        "measured": instant.measured,
+                        "relative_error": instant.relative,
+                        "spread": instant.spread,
                         "within_spread": instant.within_spread,
                     }
                     for instant in signal.instants
@@ -130,7 +145,11 @@ def as_json(result: LogComparison) -> dict[str, Any]:
                 "signal": verdict.bound.name,
                 "relative": verdict.bound.relative,
                 "limit": verdict.bound.limit,
-                "largest": _finite(verdict.largest),
+                "largest": verdict.largest,
+                "coverage": None if verdict.coverage is None else verdict.coverage.share,
+                "least_coverage": verdict.least,
+                "largest_gap": None if verdict.coverage is None else verdict.coverage.largest_gap,
+                "covers": verdict.covers,
                 "inside": verdict.inside,
             }
             for verdict in result.verdicts
@@ -171,16 +190,7 @@ def _spread(signal: SignalErrors, error: Errors | InstantError) -> str:
 def _table(
     title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]], legend: str = ""
 ) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        text = heading in ("signal", "over", "object")
-        table.add_column(heading, justify="left" if text else "right", no_wrap=heading != "object")
+    table = result_table(title, headings, rows, left=("signal", "over", "object"), wrapped="object")
     if any(WITHIN in cell for row in rows for cell in row):
         table.caption, table.caption_justify = legend, "left"
-    for row in rows:
-        table.add_row(*(escape(cell) for cell in row), style="bold red" if "NO" in row else None)
     return table
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None

@@ -17,6 +17,9 @@ from hma_gripper_sim.motion.trajectory import Trajectory
 MAX_AHEAD_NS = 500_000_000
 """How far a velocity's stamp may be ahead of the clock [ns]: clocks of other machines differ."""
 
+MAX_WAIT_NS = 60_000_000_000
+"""How far a trajectory's stamp may be ahead [ns]: beyond it, it is of another clock."""
+
 
 @dataclass(frozen=True)
 class VelocityCommand:
@@ -29,6 +32,20 @@ class VelocityCommand:
     """
 
     velocity: float
+    stamp: int = 0
+
+
+@dataclass(frozen=True)
+class PositionCommand:
+    """Go to a travel [m], as fast as the drive may, and stay there.
+
+    Attributes
+    ----------
+    stamp
+        When it was sent [ns]; 0: now.
+    """
+
+    travel: float
     stamp: int = 0
 
 
@@ -46,7 +63,7 @@ class TrajectoryCommand:
     stamp: int = 0
 
 
-Command = VelocityCommand | TrajectoryCommand
+Command = VelocityCommand | PositionCommand | TrajectoryCommand
 
 
 @dataclass
@@ -65,11 +82,11 @@ class OutdatedError(InputError):
 class Arbiter:
     """Passes the commands of several sources on to a drive.
 
-    Stamped commands are dropped as out of date by these rules. A velocity: its stamp is earlier
-    than one already taken from the same source, older than the command timeout (it would have
-    expired), or more than `MAX_AHEAD_NS` in the future. A trajectory: its last point has passed;
-    its stamp may lie in the past or in the future otherwise, and in any order, since it says when
-    to start.
+    Stamped commands are dropped as out of date by these rules. A velocity or a travel: its stamp is
+    earlier than one already taken from the same source, older than the command timeout (a velocity
+    would have expired), or more than `MAX_AHEAD_NS` in the future. A trajectory: its last point has
+    passed, or it would begin more than `MAX_WAIT_NS` from now. Otherwise its stamp may lie in the
+    past or in the future, and in any order, since it says when to start.
 
     Parameters
     ----------
@@ -89,13 +106,15 @@ class Arbiter:
         """What became of the commands of each source."""
         return MappingProxyType(self._counts)
 
-    def take(self, source: str, command: Command, now: int) -> None:
+    def take(self, source: str, command: Command, now: int, lag: int = 0) -> None:
         """Put a command into force.
 
         Parameters
         ----------
         now
-            Present time on the clock of the stamps [ns].
+            Time of the present state, on the clock of the stamps [ns].
+        lag
+            How far the senders' clock is ahead of it, while ticks are made up [ns].
 
         Raises
         ------
@@ -104,12 +123,15 @@ class Arbiter:
         """
         counts = self._counts[source]
         try:
-            if isinstance(command, VelocityCommand):
-                self._check_stamp(source, command.stamp, now)
-                self._drive.command(command.velocity, source)
-                self._newest[source] = command.stamp or self._newest[source]
-            else:
+            if isinstance(command, TrajectoryCommand):
                 self._follow(source, command, now)
+            else:
+                self._check_stamp(source, command.stamp, now, lag)
+                if isinstance(command, VelocityCommand):
+                    self._drive.command(command.velocity, source)
+                else:
+                    self._drive.go_to(command.travel, source)
+                self._newest[source] = command.stamp or self._newest[source]
         except OutdatedError:
             counts.outdated += 1
             raise
@@ -122,15 +144,16 @@ class Arbiter:
         """Count a message of a source that is no command at all."""
         self._counts[source].rejected += 1
 
-    def _check_stamp(self, source: str, stamp: int, now: int) -> None:
-        if self._newest[source] > now + MAX_AHEAD_NS:  # the clock has been set back
+    def _check_stamp(self, source: str, stamp: int, now: int, lag: int) -> None:
+        latest = now + lag + MAX_AHEAD_NS
+        if self._newest[source] > latest:  # the clock has been set back
             self._newest[source] = 0
         timeout = self._drive.limits.command_timeout
         if stamp == 0:
             return
         if stamp < self._newest[source]:
             raise OutdatedError("is earlier than that of a command already taken", field="stamp")
-        if stamp > now + MAX_AHEAD_NS:
+        if stamp > latest:
             raise OutdatedError(f"is {1e-9 * (stamp - now):.3g} s in the future", field="stamp")
         if timeout and now - stamp > 1e9 * timeout:
             raise OutdatedError(f"is {1e-9 * (now - stamp):.3g} s old", field="stamp")
@@ -140,4 +163,10 @@ class Arbiter:
         if command.trajectory.end + delay < 0.0:
             late = -(command.trajectory.end + delay)
             raise OutdatedError(f"the trajectory ended {late:.3g} s ago", field="stamp")
+        if delay > 1e-9 * MAX_WAIT_NS:
+            raise OutdatedError(
+                f"is {delay:.3g} s in the future: the sender has another clock "
+                "(use_sim_time on both or on neither)",
+                field="stamp",
+            )
         self._drive.follow(command.trajectory, delay, source)

@@ -20,14 +20,14 @@ from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.braking import (
     TRAVEL_RESOLUTION,
     approach_velocity,
-    limited_velocity,
     stopping_distance,
 )
+from hma_gripper_sim.kernels.drive_profile import clamped, is_expired, next_velocity
 from hma_gripper_sim.mechanics.outcome import SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.motion.trajectory import Spline, Trajectory
+from hma_gripper_sim.motion.trajectory import Spline, Trajectory, WayPoint
 from hma_gripper_sim.results.observation import observe_instant
 from hma_gripper_sim.results.validity import Finding, findings
 from hma_gripper_sim.simulation.simulation import Simulation, SimulationState
@@ -105,6 +105,7 @@ class Drive:
         self._contour = contour
         self._period = quantity(period, "s", field="period", minimum=0.0, exclusive=True)
         self._limits = limits
+        self._axis = limits.axis(self._period)
         self._state = simulation.state()
         self._paused = False
         self._failure: str | None = None
@@ -177,8 +178,7 @@ class Drive:
             It is not finite; nothing changes.
         """
         velocity = quantity(velocity, "m/s", field="velocity")
-        bound = self._limits.max_velocity
-        self._velocity = min(max(velocity, -bound), bound)
+        self._velocity = clamped(self._axis, velocity)
         self._age = 0
         self._spline = None
         self._source = source
@@ -186,10 +186,20 @@ class Drive:
         self._clamps += self._clamped
         self._stale = False
 
+    def go_to(self, travel: float, source: str = "") -> None:
+        """Go to a travel [m], from the next tick on, as fast as the limits allow, and stay there.
+
+        Raises
+        ------
+        InputError
+            It is not finite; nothing changes.
+        """
+        self.follow(Trajectory([WayPoint(time=0.0, position=travel)]), source=source)
+
     def follow(self, trajectory: Trajectory, delay: float = 0.0, source: str = "") -> None:
         """Follow a trajectory that starts `delay` seconds from now, from the next tick on.
 
-        Within the limits, the travel at the end of each tick is on the spline to T³ |j| / 24
+        Within the limits, the travel at the end of each tick is on the spline to ``T³ |j| / 24``
         (period T, the spline's third derivative j). A trajectory does not expire: it ends in a
         standstill, which is held.
 
@@ -294,9 +304,10 @@ class Drive:
         self._scenes = scenes
         self._contour = contour
         self._age = round(self._age * self._period / period)
-        self._velocity = min(max(self._velocity, -limits.max_velocity), limits.max_velocity)
         self._limits = limits
         self._period = period
+        self._axis = limits.axis(period)
+        self._velocity = clamped(self._axis, self._velocity)
 
     def _forget_command(self) -> None:
         self._velocity = 0.0
@@ -307,9 +318,7 @@ class Drive:
         self._stale = self._clamped = self._at_limit = False
 
     def _expire_command(self) -> None:
-        if self._velocity == 0.0 or self._limits.command_timeout == 0.0:
-            return
-        if self._age >= self._limits.timeout_ticks(self._period):
+        if self._velocity != 0.0 and is_expired(self._axis, self._age):
             self._velocity = 0.0
             self._clamped = False
             self._stale = True
@@ -317,18 +326,13 @@ class Drive:
 
     def _next_velocity(self) -> float:
         """Velocity at the end of the coming tick, within every limit."""
-        limits, now = self._limits, self._simulation
-        change = limits.max_acceleration * self._period
-        wanted = self._velocity
+        now, wanted = self._simulation, self._velocity
         if self._spline is not None:
-            wanted = self._velocity_onto(self._spline, change)
-        ahead, behind = limits.travel_max - now.travel, now.travel - limits.travel_min
-        velocity, self._at_limit = limited_velocity(
-            wanted, now.velocity, ahead, behind, change, self._period
-        )
+            wanted = self._velocity_onto(self._spline)
+        velocity, self._at_limit = next_velocity(self._axis, wanted, now.travel, now.velocity)
         return velocity
 
-    def _velocity_onto(self, spline: Spline, change: float) -> float:
+    def _velocity_onto(self, spline: Spline) -> float:
         """Velocity at the end of the coming tick that leads onto a spline.
 
         It is the spline's own, plus what makes up for the distance by which the tick would then
@@ -338,11 +342,11 @@ class Drive:
         position, velocity = spline.at(now.time + self._period - self._spline_start)
         miss = position - now.travel - 0.5 * self._period * (now.velocity + velocity)
         if abs(miss) > TRAVEL_RESOLUTION:
-            catch_up = approach_velocity(abs(miss) / self._period, change)
+            catch_up = approach_velocity(abs(miss) / self._period, self._axis.change)
             velocity += math.copysign(catch_up, miss)
         before, self._clamped = self._clamped, abs(velocity) > bound
         self._clamps += self._clamped and not before
-        return min(max(velocity, -bound), bound)
+        return clamped(self._axis, velocity)
 
     def _check_stoppable(self, limits: DriveLimits, period: float) -> None:
         """Refuse limits that the present motion can no longer be kept within."""

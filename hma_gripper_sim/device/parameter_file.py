@@ -13,11 +13,11 @@ from hma_gripper_sim.yaml_reading import read_yaml
 _SECTION = "ros__parameters"
 
 
-def read_parameter_file(path: str | Path) -> dict[str, Any]:
-    """Return what a parameter file gives this node, by the parameters' dotted names.
+def read_parameter_file(path: str | Path, node: str = NODE.strip("/")) -> dict[str, Any]:
+    """Return what a parameter file gives a node, by the parameters' dotted names.
 
-    A section counts if the last part of its name is the node's or a wildcard, in any namespace;
-    of sections that set the same parameter the last one counts.
+    A section counts if the last part of its name is `node` or a wildcard, in any namespace; of
+    sections that set the same parameter the last one counts.
 
     Raises
     ------
@@ -25,21 +25,21 @@ def read_parameter_file(path: str | Path) -> dict[str, Any]:
         The file cannot be read, or holds no parameters of this node.
     """
     content = read_yaml(path)
-    sections = list(_sections(content))
+    sections = list(_sections(content, node))
     if not sections:
-        reason = f"holds no {_SECTION} of {NODE.strip('/')!r} or '/**'"
+        reason = f"holds no {_SECTION} of {node!r} or '/**'"
         raise InputError(reason, source=str(path))
     return {name: value for section in sections for name, value in _flat(section)}
 
 
-def _sections(content: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+def _sections(content: Mapping[str, Any], node: str) -> Iterator[Mapping[str, Any]]:
     for key, value in content.items():
         if not isinstance(value, Mapping):
             continue
         section = value.get(_SECTION)
         if not isinstance(section, Mapping):
-            yield from _sections(value)
-        elif str(key).rsplit("/", 1)[-1] in (NODE.strip("/"), "*", "**"):
+            yield from _sections(value, node)
+        elif str(key).rsplit("/", 1)[-1] in (node, "*", "**"):
             yield section
 
 

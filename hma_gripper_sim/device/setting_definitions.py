@@ -142,14 +142,21 @@ _TIME = {
 }
 
 _DRIVE = {
-    name: _declared(DriveLimits, name, default, minimum=minimum, maximum=maximum)
-    for name, default, minimum, maximum in (
-        ("max_velocity", 0.05, SLOWEST, 1.0),
-        ("max_acceleration", 0.5, SLOWEST, 1000.0),
-        ("travel_min", 0.0, -0.5, 0.0),
-        ("travel_max", 0.03, 0.0, 0.5),
-        ("command_timeout", 0.5, 0.0, 3600.0),
-    )
+    **{
+        name: _declared(DriveLimits, name, default, minimum=minimum, maximum=maximum)
+        for name, default, minimum, maximum in (
+            ("max_velocity", 0.05, SLOWEST, 1.0),
+            ("max_acceleration", 0.5, SLOWEST, 1000.0),
+            ("travel_min", 0.0, -0.5, 0.0),
+            ("travel_max", 0.03, 0.0, 0.5),
+            ("command_timeout", 0.5, 0.0, 3600.0),
+        )
+    },
+    "allow_nonzero_velocity_at_trajectory_end": Field(
+        default=False,
+        description="Take trajectories whose last point is not at rest, as streams of them have. "
+        "When none follows, the drive brakes and returns to the last position.",
+    ),
 }
 
 _OBJECT = {
@@ -176,6 +183,12 @@ _OBJECT = {
 }
 
 _GRIPPER = {
+    "prefix": Field(
+        default="",
+        read_only=True,
+        description="Stands before the names of all joints and frames, such as 'left_', so that "
+        "two grippers, or an arm with names of its own, can be told apart.",
+    ),
     "design": Field(
         default="",
         read_only=True,

@@ -18,6 +18,7 @@ from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.from_camera import polygon_from_outline
 from hma_gripper_sim.model.contours.shapes import contour_from_mapping
 from hma_gripper_sim.model.gripper import GripperDesign
+from hma_gripper_sim.model.joint_names import check_prefix
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 
 DEFAULT_CONTOURS: Mapping[str, Value] = MappingProxyType(
@@ -30,9 +31,13 @@ DEFAULT_CONTOURS: Mapping[str, Value] = MappingProxyType(
         "contours.cylinder.type": "circle",
         "contours.cylinder.radius": 0.015,
         "contours.cylinder.clearance": 0.005,
+        "contours.wedge.type": "polygon",
+        "contours.wedge.points": [-0.016, -0.014, 0.016, -0.014, 0.012, 0.014, -0.012, 0.014],
+        "contours.wedge.rounding": 0.002,
+        "contours.wedge.clearance": 0.004,
     }
 )
-"""The objects of the thesis: the catalogue where no `contours.*` is given."""
+"""The objects of the thesis and a wedge: the catalogue where no `contours.*` is given."""
 
 OUTLINE = "outline"
 """Name of the object whose outline comes by topic; no other may have it."""
@@ -95,6 +100,7 @@ class Settings:
         scenes = _scenes(values, outline=())
         settings = cls(MappingProxyType(values), scenes, _limits(values), _period(values))
         settings._check_contour()
+        check_prefix(settings.prefix, field="prefix")
         return settings
 
     def changed(self, changes: Mapping[str, object]) -> Settings:
@@ -147,6 +153,16 @@ class Settings:
     def publish_clock(self) -> bool:
         """Whether the node is the clock of all others."""
         return bool(self.values["publish_clock"])
+
+    @property
+    def prefix(self) -> str:
+        """What stands before the names of joints and frames."""
+        return str(self.values["prefix"])
+
+    @property
+    def moving_end(self) -> bool:
+        """Whether trajectories may end in motion."""
+        return bool(self.values["allow_nonzero_velocity_at_trajectory_end"])
 
     @property
     def step_ticks(self) -> int:

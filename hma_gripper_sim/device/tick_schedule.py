@@ -5,6 +5,9 @@ from __future__ import annotations
 MAX_LAG_NS = 100_000_000
 """Lag that is made up by hurrying [ns]; beyond it the timeline starts anew from now."""
 
+MAX_SIMULATED_LAG_NS = 10_000_000_000
+"""The same where the clock is simulated [ns]: it goes in steps, and not all of them arrive."""
+
 
 class Timeline:
     """Paces ticks on the node's clock, and stamps them.
@@ -26,11 +29,17 @@ class Timeline:
         Simulated seconds per second; 0: as fast as possible.
     is_clock
         Others take their time from the stamps.
+
+    Attributes
+    ----------
+    max_lag
+        Lag that is made up [ns].
     """
 
     def __init__(self, period: int, factor: float, *, is_clock: bool = False) -> None:
         self.stamp = 0
         self.overruns = 0
+        self.max_lag = MAX_LAG_NS
         self._due = 0
         self._period = period
         self._factor = factor
@@ -61,9 +70,9 @@ class Timeline:
     def advance(self, now: int, *, moved: bool) -> None:
         """Count a tick that has just been made, and stamp it if time `moved` on in it.
 
-        A lag of more than `MAX_LAG_NS` is given up and counted as an overrun.
+        A lag of more than `max_lag` is given up and counted as an overrun.
         """
-        if self._due < now - MAX_LAG_NS or self._factor == 0.0:
+        if self._due < now - self.max_lag or self._factor == 0.0:
             self.overruns += self._factor != 0.0
             self._due = now
         if moved:
@@ -83,8 +92,12 @@ class Timeline:
         That is the stamp, unless the clock has left it behind: while time stands still, and at a
         factor other than 1.
         """
-        in_step = abs(now - self.stamp) <= self._period + MAX_LAG_NS
+        in_step = abs(self.accounted(now) - self.stamp) <= self._period + MAX_LAG_NS
         return self.stamp if self._is_clock or in_step else now
+
+    def accounted(self, now: int) -> int:
+        """The clock's time [ns] up to which all ticks that were due have been made or given up."""
+        return min(now, self._due)
 
     def _interval(self, *, moving: bool) -> int:
         """Clock time from one tick to the next [ns].

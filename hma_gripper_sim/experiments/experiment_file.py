@@ -27,7 +27,8 @@ from hma_gripper_sim.experiments.experiment import (
 )
 from hma_gripper_sim.model.contours.shapes import contour_from_mapping
 from hma_gripper_sim.model.gripper import GripperDesign
-from hma_gripper_sim.model.scene import CONTACTS
+from hma_gripper_sim.model.numbers import declared_numbers
+from hma_gripper_sim.model.scene import CONTACTS, SceneDescription
 from hma_gripper_sim.recordings.run_figures import FIGURES, Figure
 from hma_gripper_sim.recordings.signal_map import SIGNAL_UNITS, SignalMap
 from hma_gripper_sim.units import choice, quantity
@@ -36,6 +37,17 @@ from hma_gripper_sim.yaml_reading import config_directory, read_yaml, refuse_unk
 _MEASURABLE = ("phi_left", "phi_right", "actuator_force")
 _ROUND_OFF = 1e-9
 """How far [m] rounding may take the sum of a motion's segments below the start pose."""
+
+
+_LOG_SUFFIXES = (".mcap", ".db3", ".bag", ".zstd", ".active")
+"""Of files that are logs."""
+
+
+def _is_log(path: Path) -> bool:
+    """Whether a path is by its name that of a log, or of a directory with one."""
+    if path.is_dir():
+        return any(entry.suffix in _LOG_SUFFIXES for entry in path.iterdir())
+    return path.suffix in _LOG_SUFFIXES
 
 
 def is_experiment(path: str | Path) -> bool:
@@ -63,6 +75,12 @@ def read_experiment(path: str | Path) -> Experiment:
     """
     if _is_shipped(path):
         path = _shipped(Path(path).name)
+    if _is_log(Path(path)):
+        raise InputError(
+            "is a log: wanted is an experiment file (YAML), with a scene and 'log: {path: ...}', "
+            "as docs/logs.md describes it",
+            source=str(path),
+        )
     try:
         return _experiment(Path(path), _Section(read_yaml(path), ""))
     except InputError as error:
@@ -103,6 +121,9 @@ class _Section:
 
     def quantity(self, key: str, unit: str, **bounds: Any) -> float:
         return quantity(self.value(key), unit, field=self.name(key), **bounds)
+
+    def declared(self, key: str, owner: Any) -> float:
+        return declared_numbers(owner)[key].check(self.value(key), self.name(key))
 
     def section(self, key: str) -> _Section:
         return _Section(self.value(key), self.name(key))
@@ -146,8 +167,8 @@ def _experiment(path: Path, file: _Section) -> Experiment:
         source=file.text("source"),
         contour_name=_name(contour),
         contour=contour_from_mapping(shape, field=contour.path),
-        clearance=scene.quantity("clearance", "m", minimum=0.0),
-        friction=scene.quantity("friction", "", minimum=0.0),
+        clearance=scene.declared("clearance", SceneDescription),
+        friction=scene.declared("friction", SceneDescription),
         contact=choice(scene.value("contact"), CONTACTS, field=scene.name("contact")),
         design=GripperDesign.from_yaml(design_file) if design_file else GripperDesign.thesis_2013(),
         design_file=design_file,
@@ -165,7 +186,9 @@ def _log(path: Path, section: _Section) -> ExperimentLog:
     if "signals" in section:
         given = section.value("signals")
         if isinstance(given, dict):
-            signal_map = SignalMap.from_mapping(given, field=section.name("signals"))
+            signal_map = SignalMap.from_mapping(
+                given, field=section.name("signals"), folder=path.parent
+            )
         else:
             signal_map = SignalMap.from_yaml(path.parent / section.text("signals"))
     uncertainties: dict[str, float] = {}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.kinematics import turn_joint
 from hma_gripper_sim.kernels.proximity import Obstacle, segment_distance
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ def place_segments(
     angle, x, z = 0.0, chain.root[0], height + chain.root[1]
     k = 0
     for i in range(q.size):
-        angle += chain.rest[i] + q[i]
+        x, z, angle = turn_joint(chain, i, q[i], x, z, angle)
         cos, sin = np.cos(angle), np.sin(angle)
         while k < segments.body.size and segments.body[k] == i:
             for end in range(0, 4, 2):
@@ -160,12 +161,17 @@ def _measure(
 
 
 @kernel
-def _longest_way(rows: Array, row: int, reach: Array) -> float:
+def _longest_way(chain: Chain, rows: Array, row: int, reach: Array) -> float:
     """Bound of how far any point moves relative to the base from row - 1 to `row` [m]."""
     turn, way = 0.0, 0.0
     for i in range(reach.size):
-        turn += rows[row, i] - rows[row - 1, i]
+        before, after = rows[row - 1, i], rows[row, i]
+        turn += after - before
         way += abs(turn) * reach[i]
+        if chain.straightening[i] > 0.0:
+            farther = max(before * before, after * after)
+            way += chain.straightening[i] * abs(after * after - before * before)
+            way += chain.straightening[i] * farther * abs(turn - 0.5 * (after - before))
     return way
 
 
@@ -187,9 +193,9 @@ def first_touches(
     closed, smallest = 0.0, 0.0  # at most, of the smallest gap when last measured
     for row in range(states.time.size):
         if row > 0:
-            own = _longest_way(states.q, row, segments.reach)
+            own = _longest_way(chain, states.q, row, segments.reach)
             fall = abs(states.travel[row] - states.travel[row - 1])
-            closed += own + max(fall, _longest_way(states.other, row, segments.reach))
+            closed += own + max(fall, _longest_way(chain, states.other, row, segments.reach))
         if closed < smallest:
             continue
         _measure(chain, segments, obstacle, states, row, 1.0, work)

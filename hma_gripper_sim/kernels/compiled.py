@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
@@ -20,23 +19,9 @@ except ImportError:
         stacklevel=2,
     )
 else:
+    from hma_gripper_sim.kernels.machine_code import MachineCodeCache
+
     COMPILED = not numba.config.DISABLE_JIT
-
-
-def _drop_stale_machine_code() -> None:
-    """Delete cached machine code older than any kernel.
-
-    numba compares a cached function with its own source file only, not with the kernels that
-    it calls.
-    """
-    folder = Path(__file__).parent
-    newest = max(source.stat().st_mtime for source in folder.glob("*.py"))
-    for index in folder.glob("__pycache__/*.nbi"):
-        if index.stat().st_mtime < newest:
-            index.unlink(missing_ok=True)
-
-
-_drop_stale_machine_code()
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -48,5 +33,9 @@ def kernel(function: Kernel) -> Kernel:
     """
     if not COMPILED:
         return function
-    compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True)
-    return cast(Kernel, compiled(function))
+    compile_kernel = numba.njit(
+        error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True
+    )
+    dispatcher = compile_kernel(function)
+    dispatcher._cache = MachineCodeCache(function)
+    return cast(Kernel, dispatcher)

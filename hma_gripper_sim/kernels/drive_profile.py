@@ -47,16 +47,33 @@ class Moving(NamedTuple):
 
 
 @kernel
+def clamped(axis: Axis, velocity: float) -> float:
+    """Return the nearest velocity that the drive may have [m/s]."""
+    return min(max(velocity, -axis.max_velocity), axis.max_velocity)
+
+
+@kernel
+def is_expired(axis: Axis, age: int) -> bool:
+    """Whether a command that has been in force for so many ticks is too old."""
+    return axis.timeout > 0 and age >= axis.timeout
+
+
+@kernel
+def next_velocity(axis: Axis, wanted: float, travel: float, velocity: float) -> tuple[float, bool]:
+    """Velocity at the end of the coming tick [m/s], and whether a travel limit holds it back."""
+    ahead, behind = axis.travel_max - travel, travel - axis.travel_min
+    return limited_velocity(wanted, velocity, ahead, behind, axis.change, axis.period)
+
+
+@kernel
 def tick(axis: Axis, state: Moving, command: float) -> Moving:
     """Let one tick pass; `command` is what came before it, NaN if nothing did [m/s]."""
     wanted, age = state.wanted, state.age
     if not math.isnan(command):
-        wanted = min(max(command, -axis.max_velocity), axis.max_velocity)
-        age = 0
-    if axis.timeout > 0 and age >= axis.timeout:
+        wanted, age = clamped(axis, command), 0
+    if is_expired(axis, age):
         wanted = 0.0
-    ahead, behind = axis.travel_max - state.travel, state.travel - axis.travel_min
-    velocity, _ = limited_velocity(wanted, state.velocity, ahead, behind, axis.change, axis.period)
+    velocity, _ = next_velocity(axis, wanted, state.travel, state.velocity)
     travel = state.travel + 0.5 * (state.velocity + velocity) * axis.period
     return Moving(travel, velocity, wanted, age + 1)
 

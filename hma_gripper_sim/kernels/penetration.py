@@ -8,26 +8,10 @@ from numpy.typing import NDArray
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import Fingertip
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 
 Array = NDArray[np.float64]
-
-
-@kernel
-def place_tip(chain: Chain, travel: float, q: Array) -> tuple[float, float, float]:
-    """Joint of the last body (x, z) [m] and that body's direction [rad]."""
-    angle, x, z = 0.0, chain.root[0], chain.root[1] - travel
-    for i in range(q.size):
-        angle += chain.rest[i] + q[i]
-        if chain.straightening[i] > 0.0:
-            slide = chain.straightening[i] * q[i] * q[i]
-            x += slide * np.cos(angle - 0.5 * q[i])
-            z += slide * np.sin(angle - 0.5 * q[i])
-        if i < q.size - 1:
-            cos, sin = np.cos(angle), np.sin(angle)
-            x += cos * chain.link[i, 0] - sin * chain.link[i, 1]
-            z += sin * chain.link[i, 0] + cos * chain.link[i, 1]
-    return x, z, angle
 
 
 @kernel

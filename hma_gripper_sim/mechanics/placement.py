@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.contact import Fingertip
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 from hma_gripper_sim.model.contours.base import face_normals
 from hma_gripper_sim.model.joint_names import SIDES
@@ -57,11 +58,8 @@ def height_of_first_touch(scene: SceneDescription, chain: Chain, tip: Fingertip)
 
     An object that passes between the tips has its top at the height of their lowest points.
     """
-    angle, position = 0.0, chain.root.copy()
-    for rest, link in zip(chain.rest, chain.link, strict=True):
-        angle += rest
-        position += _rotate(link, angle)
-    points = position + _rotate(tip.points, angle)
+    x, z, angle = place_tip(chain, 0.0, np.zeros(len(chain.rest)))
+    points = np.array((x, z)) + _rotate(tip.points, angle)
     lowest = points[:, 1].min() - tip.radius
     highest = points[:, 1].max() + tip.radius
     core, core_radius = scene.contour.core, scene.contour.core_radius

@@ -47,7 +47,7 @@ class Number:
     many: bool
     optional: bool
 
-    def check(self, value: object, field: str, source: str) -> float:
+    def check(self, value: object, field: str, source: str | None = None) -> float:
         """Return a value as a number within the range; raise `InputError` otherwise."""
         if self.whole:
             return whole_number(value, field=field, source=source, minimum=int(self.minimum))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from hma_gripper_sim.errors import InputError
+from hma_gripper_sim.kernels.drive_profile import Axis
 from hma_gripper_sim.model.numbers import check_numbers, number
 
 SLOWEST = 1e-6
@@ -67,7 +68,9 @@ class DriveLimits:
         if not self.travel_min < self.travel_max:
             raise InputError("must be greater than travel_min", field="travel_max")
 
-    def timeout_ticks(self, period: float) -> int:
-        """Ticks of a period [s] after which a velocity that is not renewed expires; 0: never."""
+    def axis(self, period: float) -> Axis:
+        """Return the same for ticks of a period [s], ready for the kernels."""
         # A hair's allowance: 0.3 s at 0.1 s are three ticks, however the quotient is rounded.
-        return math.ceil(self.command_timeout / period * (1.0 - 1e-12))
+        timeout = math.ceil(self.command_timeout / period * (1.0 - 1e-12))
+        change = self.max_acceleration * period
+        return Axis(self.max_velocity, change, self.travel_min, self.travel_max, timeout, period)

@@ -46,7 +46,7 @@ class WayPoint:
 
 
 class Spline:
-    """A piecewise polynomial in time that ends in a standstill.
+    """A piecewise polynomial in time, and a standstill at its end.
 
     Between two knots it is linear, cubic or quintic, by what both of them give: positions only,
     velocities as well, or also accelerations.
@@ -83,15 +83,17 @@ class Trajectory:
     points
         At least one, at increasing times. Either all have a position, or none has: then every
         one has a velocity, and the motion starts from wherever the joint is.
+    moving_end
+        The last point need not be at rest.
 
     Raises
     ------
     InputError
         A number is missing, not finite or out of range, times do not increase, or the last point
-        is not at rest.
+        is not at rest although it must be.
     """
 
-    def __init__(self, points: Sequence[WayPoint]) -> None:
+    def __init__(self, points: Sequence[WayPoint], *, moving_end: bool = False) -> None:
         if not points:
             raise InputError("has no way points", field="points")
         self._points = tuple(_checked(point, i) for i, point in enumerate(points))
@@ -102,8 +104,9 @@ class Trajectory:
             if (point.position is None) != (self._points[0].position is None):
                 raise _refuse(i, "position", "must be given for all points or for none")
             before = point
-        if abs(self._points[-1].velocity or 0.0) > AT_REST:
-            raise _refuse(len(points) - 1, "velocity", "must be 0 at the last point")
+        if abs(self._points[-1].velocity or 0.0) > AT_REST and not moving_end:
+            reason = "must be 0 at the last point (see allow_nonzero_velocity_at_trajectory_end)"
+            raise _refuse(len(points) - 1, "velocity", reason)
 
     @property
     def end(self) -> float:

@@ -13,10 +13,20 @@ from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.recordings.gathering import Samples
 from hma_gripper_sim.recordings.signal_map import ANY_PUBLISHER, Signal
 from hma_gripper_sim.recordings.signal_sources import Field, FloatArray
-from hma_gripper_sim.recordings.stamps import in_order
+from hma_gripper_sim.recordings.stamps import are_set, in_order
 
 _SHOWN = 8
 """Names that an error lists."""
+
+_TURNS, _SETS = 3, 3
+"""How often publishers take turns where they do: one that is started anew does so less often. And
+the sets of joints that they then name: where these are many, they do not tell publishers apart."""
+
+_BLOCK = 2**17
+"""Samples in which jumps are looked for at a time."""
+
+_FEWEST_JUMPS, _JUMPS = 5, 0.01
+"""Jumps of a signal to another course and back that are no outliers: at least, and as a share."""
 
 Part = tuple[Connection, Samples | InputError]
 """What a connection says of a signal, or why its messages cannot be read."""
@@ -41,27 +51,37 @@ def assemble(
             absence = _absence(signal, parts, findings)
             findings.note(f"{signal.topic}: {signal.name} is absent: {absence}")
             return None
-        stamps, value = _joined(signal, chosen)
-        passed_over = sum(samples.passed_over for samples in chosen)
-        if passed_over and isinstance(signal.source, Field) and signal.source.frame is None:
-            findings.note(
-                f"{signal.topic}: {passed_over} of {passed_over + value.size} messages passed "
-                f"over for {signal.name}: they are about other joints"
-            )
-        stamps, value = _in_order(signal, stamps, value, findings)
-        return _finite(signal, stamps, _si(signal, stamps, value), findings)
+        told = [samples for _, samples in chosen]
+        _note_passed_over(signal, told, findings)
+        stamps, logged, value = _joined(signal, told, findings)
+        if signal.publisher is None and isinstance(signal.source, Field):
+            _refuse_mixture(signal, chosen, value, findings)
+        clock = "header" if any(samples.is_stamped for samples in told) else "log"
+        kept, left_out = are_set(stamps, logged, clock)
+        if left_out is not None:
+            findings.note(f"{signal.topic}: {signal.name}: {left_out}")
+            stamps, value = stamps[kept], value[kept]
+        kept, left_out = in_order(stamps, clock)
+        if left_out is not None:
+            findings.note(f"{signal.topic}: {signal.name}: {left_out}")
+            stamps, value = stamps[kept], value[kept]
+        stamps, value = _finite(signal, stamps, _si(signal, stamps, value), findings)
+        return stamps - round(signal.delay * 1e9), value
     except InputError as error:
         reason = f"{signal.name}: {error.reason}"
         raise InputError(reason, field=signal.topic, source=error.source) from None
 
 
-def _chosen(signal: Signal, parts: Sequence[Part], findings: Findings) -> list[Samples] | None:
-    """Return the samples of the publisher that is meant; None if a log has none, and may."""
+def _chosen(
+    signal: Signal, parts: Sequence[Part], findings: Findings
+) -> list[tuple[Connection, Samples]] | None:
+    """Return what the publisher that is meant says; None if a log has nothing, and may."""
     said = [(c, s) for c, s in parts if isinstance(s, Samples) and s.values]
     if signal.publisher not in (None, ANY_PUBLISHER):
         said = [(c, s) for c, s in said if c.publisher == signal.publisher]
     if not said:
-        if signal.optional:
+        is_wrong = any(isinstance(s, Samples) and s.is_wrong for _, s in parts)
+        if signal.optional and not is_wrong:
             return None
         raise InputError(_absence(signal, parts, findings))
     if signal.publisher is None:
@@ -78,7 +98,79 @@ def _chosen(signal: Signal, parts: Sequence[Part], findings: Findings) -> list[S
                 f"{merged} publishers, which the recorder did not tell apart; "
                 "'publisher: any' in a signal map takes all"
             )
-    return [samples for _, samples in said]
+    return said
+
+
+def _note_passed_over(signal: Signal, told: Sequence[Samples], findings: Findings) -> None:
+    """Note the messages that are not about the signal, and those that do not hold it."""
+    passed_over = sum(samples.passed_over for samples in told)
+    lacking = sum(samples.lacking for samples in told)
+    total = passed_over + lacking + sum(len(samples.values) for samples in told)
+    where = f"{signal.topic}: "
+    if passed_over and isinstance(signal.source, Field) and signal.source.frame is None:
+        findings.note(
+            f"{where}{passed_over} of {total} messages passed over for {signal.name}: they are "
+            "about other joints"
+        )
+    if lacking:
+        lack = next(samples.lack for samples in told if samples.lack)
+        findings.note(f"{where}{lacking} of {total} messages passed over for {signal.name}: {lack}")
+
+
+def _refuse_mixture(
+    signal: Signal,
+    chosen: Sequence[tuple[Connection, Samples]],
+    value: FloatArray,
+    findings: Findings,
+) -> None:
+    """Refuse what several publishers that nothing else tells apart say of one joint or frame."""
+    if not _names_its_own(signal):
+        return
+    remedy = "; 'publisher: any' in a signal map takes all"
+    for _, samples in chosen:
+        if samples.turns >= _TURNS and 1 < len(samples.among) <= _SETS:
+            sets = " and ".join(f"({_list(names)})" for names in samples.among)
+            raise InputError(
+                f"publishers take turns in naming {signal.source.subject}, among the joints "
+                f"{sets}{remedy}"
+            )
+    jumps = count_jumps(value)
+    if jumps >= max(_FEWEST_JUMPS, _JUMPS * value.size):
+        raise InputError(
+            f"its value jumps to and fro {jumps} times in {value.size} samples, as where two "
+            f"publishers tell {signal.source.subject}{remedy}"
+        )
+    merged = max(connection.publishers for connection, _ in chosen)
+    if merged > 1 and not any(samples.passed_over for _, samples in chosen):
+        findings.note(
+            f"{signal.topic}: the recorder noted {merged} publishers, and every message tells "
+            f"{signal.source.subject}: {signal.name} may be of several"
+        )
+
+
+def count_jumps(value: FloatArray) -> int:
+    """Return how often a signal leaves its course for one sample, shape (n,).
+
+    That is by more than a twentieth of its range and five times what it usually does in two
+    sample periods: noise does not do it, and single outliers are few.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        room = float(np.fmax.reduce(value) - np.fmin.reduce(value))
+        return sum(
+            _jumps_in(value[begin : begin + _BLOCK + 2], 0.05 * room)
+            for begin in range(0, value.size, _BLOCK)
+        )
+
+
+def _jumps_in(value: FloatArray, least: float) -> int:
+    value = value[np.isfinite(value)]
+    if value.size < _FEWEST_JUMPS:
+        return 0
+    steps = np.diff(value)
+    least = max(least, 5.0 * float(np.median(np.abs(value[2:] - value[:-2]))))
+    there, back = steps[:-1], steps[1:]
+    opposite = np.sign(there) != np.sign(back)
+    return int(np.count_nonzero(opposite & (np.abs(there) > least) & (np.abs(back) > least)))
 
 
 def _names_its_own(signal: Signal) -> bool:
@@ -97,6 +189,9 @@ def _absence(signal: Signal, parts: Sequence[Part], findings: Findings) -> str:
     publishers = {c.publisher for c, s in parts if isinstance(s, Samples) and s.values}
     if publishers:
         return f"no publisher {signal.publisher!r} (there are: {_list(publishers)})"
+    for _, said in parts:
+        if isinstance(said, Samples) and said.lack:
+            return f"{said.lack}, nor has any other" if not said.is_wrong else said.lack
     others: set[str] = set().union(*(s.others for _, s in parts if isinstance(s, Samples)))
     if others:
         return f"no message is about {signal.source.subject} (there are: {_list(others)})"
@@ -113,27 +208,31 @@ def _list(names: Collection[str]) -> str:
     return ", ".join(listed[:_SHOWN]) + (", …" if len(listed) > _SHOWN else "")
 
 
-def _joined(signal: Signal, chosen: Sequence[Samples]) -> tuple[Ints, FloatArray]:
-    """Put the samples of a signal together."""
-    stamps = np.concatenate([np.frombuffer(samples.stamps, np.int64) for samples in chosen])
-    value = np.concatenate([np.frombuffer(samples.values, np.float64) for samples in chosen])
-    for samples in chosen:  # they may be much of the memory
-        samples.stamps, samples.values = array("q"), array("d")
-    several = len(chosen) > 1 and signal.publisher == ANY_PUBLISHER
-    if (several or signal.clock == "log") and (np.diff(stamps) < 0).any():
-        order = np.argsort(stamps, kind="stable")
-        return stamps[order], value[order]
-    return stamps, value
+def _joined(
+    signal: Signal, told: Sequence[Samples], findings: Findings
+) -> tuple[Ints, Ints, FloatArray]:
+    """Put the samples of a signal together, in the order they were logged: stamps, logged, values.
 
-
-def _in_order(
-    signal: Signal, stamps: Ints, value: FloatArray, findings: Findings
-) -> tuple[Ints, FloatArray]:
-    kept, left_out = in_order(stamps, signal.clock)
-    if left_out is None:
-        return stamps, value
-    findings.note(f"{signal.topic}: {signal.name}: {left_out}")
-    return stamps[kept], value[kept]
+    Of several publishers it is the order of their stamps.
+    """
+    stamps = np.concatenate([np.frombuffer(samples.stamps, np.int64) for samples in told])
+    for samples in told:  # they may be much of the memory
+        samples.stamps = array("q")
+    value = np.concatenate([np.frombuffer(samples.values, np.float64) for samples in told])
+    logged = np.concatenate([part for samples in told for part in samples.logged])
+    for samples in told:
+        samples.values, samples.logged = array("d"), []
+    several = len(told) > 1 and signal.publisher == ANY_PUBLISHER
+    by = stamps if several else logged
+    if (np.diff(by) < 0).any():
+        order = np.argsort(by, kind="stable")
+        if not several:
+            findings.note(
+                f"{signal.topic}: its messages lie in another order in the log than they were "
+                "logged: taken as logged"
+            )
+        return stamps[order], logged[order], value[order]
+    return stamps, logged, value
 
 
 def _si(signal: Signal, stamps: Ints, value: FloatArray) -> FloatArray:

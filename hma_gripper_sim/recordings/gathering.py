@@ -14,10 +14,17 @@ import numpy as np
 
 from hma_gripper_sim.bags.byte_kernels import copy_bytes, match_messages
 from hma_gripper_sim.bags.message_batches import Batch, Bytes, Connection, Ints, shown
-from hma_gripper_sim.bags.message_layout import follow
+from hma_gripper_sim.bags.message_layout import Layout, follow
 from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.recordings.signal_map import Signal
-from hma_gripper_sim.recordings.signal_sources import FloatArray, Place, joint_names, transforms
+from hma_gripper_sim.recordings.signal_sources import (
+    FloatArray,
+    Frame,
+    LackingError,
+    Place,
+    joint_names,
+    transforms,
+)
 
 _REMEMBERED = 8
 """Layouts that are kept in mind: several robots may share a topic and take turns."""
@@ -33,16 +40,40 @@ class Samples:
         [ns], shape (n,).
     values
         As in the log, shape (n,).
+    logged
+        When each was logged [ns]: arrays to be put together, which signals share.
+    is_stamped
+        Whether the stamps are from the messages: not all of them have one.
     passed_over
         Messages about other joints or frames.
     others
         Some of those.
+    frames
+        Transforms in them.
+    lacking
+        Messages about the signal's joint or frame that do not hold it.
+    lack
+        What the first of them lacks.
+    is_wrong
+        Whether no message of this type can hold it.
+    among
+        Sets of joints that messages with the signal name.
+    turns
+        How often one of these sets followed on another.
     """
 
     stamps: array[int] = field(default_factory=lambda: array("q"))  # grows in place
     values: array[float] = field(default_factory=lambda: array("d"))
+    logged: list[Ints] = field(default_factory=list)
+    is_stamped: bool = False
     passed_over: int = 0
     others: set[str] = field(default_factory=set)
+    frames: set[Frame] = field(default_factory=set)
+    lacking: int = 0
+    lack: str = ""
+    is_wrong: bool = False
+    among: list[frozenset[str]] = field(default_factory=list)
+    turns: int = 0
 
 
 @dataclass(frozen=True)
@@ -51,10 +82,12 @@ class _Plan:
 
     template: Bytes
     fixed: Ints
-    places: tuple[Place | None, ...]
+    places: tuple[Place | InputError | None, ...]
     stamps: tuple[int | None, ...]
     order: str
     others: frozenset[str]
+    frames: frozenset[Frame]
+    joints: frozenset[str]
 
 
 class Gatherer:
@@ -84,6 +117,7 @@ class Gatherer:
         self._signals = signals
         _ = connection.typestore  # raises, if it must, before there are messages
         self._plans: list[_Plan] = []
+        self._joints: dict[frozenset[str], int] = {}
 
     def add(self, batch: Batch) -> None:
         """Take the signals from messages of the connection.
@@ -97,16 +131,26 @@ class Gatherer:
         stamps = [np.empty(count, dtype=np.int64) for _ in self._signals]
         values = [np.empty(count) for _ in self._signals]
         found = [np.zeros(count, dtype=np.bool_) for _ in self._signals]
+        among = np.zeros(count, dtype=np.int64)
         for plan, chosen in self._sorted(batch):
             starts = batch.starts[chosen]
+            among[chosen] = self._joints.setdefault(plan.joints, len(self._joints))
             for k, (signal, place) in enumerate(zip(self._signals, plan.places, strict=True)):
+                sample = self.samples[k]
                 if place is None:
-                    self.samples[k].passed_over += chosen.size
-                    self.samples[k].others |= plan.others
+                    sample.passed_over += chosen.size
+                    sample.others |= plan.others
+                    sample.frames |= plan.frames
+                    continue
+                if isinstance(place, InputError):
+                    sample.lacking += chosen.size
+                    sample.lack = sample.lack or place.reason
+                    sample.is_wrong |= not isinstance(place, LackingError)
                     continue
                 found[k][chosen] = True
                 values[k][chosen] = signal.source.value(_numbers(batch.data, starts, place))
                 stamp = plan.stamps[k]
+                sample.is_stamped |= stamp is not None
                 if stamp is None:
                     stamps[k][chosen] = batch.logged[chosen]
                 else:
@@ -114,7 +158,10 @@ class Gatherer:
         for k, sample in enumerate(self.samples):
             if found[k].any():
                 sample.stamps.frombytes(stamps[k][found[k]].tobytes())
+                sample.logged.append(batch.logged if found[k].all() else batch.logged[found[k]])
                 sample.values.frombytes(values[k][found[k]].tobytes())
+                if len(self._joints) > 1:
+                    _count_turns(sample, among[found[k]], [*self._joints])
 
     def _sorted(self, batch: Batch) -> Iterator[tuple[_Plan, Ints]]:
         """Yield plans and which messages each is for, until every message has had its turn."""
@@ -144,29 +191,53 @@ class Gatherer:
         except Exception as error:  # a damaged message makes its parser raise almost anything
             reason = first_line(error)
             raise self._damaged(f"cannot be deserialised ({reason})", logged) from None
-        try:
-            places = tuple(signal.source.locate(layout) for signal in self._signals)
-        except InputError as error:
-            raise InputError(error.reason, field=self._connection.topic) from None
+        places = tuple(_locate(signal, layout) for signal in self._signals)
         for place in places:
-            if place is not None:
+            if isinstance(place, Place):
                 theirs = np.array([float(follow(message, path)) for path in place.paths])
                 ours = _numbers(template, np.zeros(1, dtype=np.int64), place)[0]
                 if ours.tobytes() != theirs.tobytes():
                     raise self._damaged("is read differently by rosbags", logged)
         stamps = tuple(
             layout.numbers[f"{place.stamp}.sec"].offset
-            if place is not None and place.stamp and signal.clock == "header"
+            if isinstance(place, Place) and place.stamp and signal.clock == "header"
             else None
             for signal, place in zip(self._signals, places, strict=True)
         )
-        others = {str(frame) for frame in transforms(layout)}
+        frames = frozenset(transforms(layout))
+        others = set(map(str, frames))
         others.update(joint_names(layout))
-        return _Plan(template.copy(), layout.fixed, places, stamps, layout.order, frozenset(others))
+        joints = frozenset(joint_names(layout))
+        return _Plan(
+            template.copy(),
+            layout.fixed,
+            places,
+            stamps,
+            layout.order,
+            frozenset(others),
+            frames,
+            joints,
+        )
 
     def _damaged(self, reason: str, logged: int) -> InputError:
         topic = self._connection.topic
         return InputError(f"a message logged at {shown(logged)} {reason}", field=topic)
+
+
+def _locate(signal: Signal, layout: Layout) -> Place | InputError | None:
+    try:
+        return signal.source.locate(layout)
+    except InputError as error:
+        return error
+
+
+def _count_turns(sample: Samples, among: Ints, joints: Sequence[frozenset[str]]) -> None:
+    """Take up which sets of joints some samples are from, and how often these take turns."""
+    turns = np.flatnonzero(np.diff(among)) + 1
+    sample.turns += turns.size
+    for index in np.unique(among).tolist():
+        if joints[index] not in sample.among:
+            sample.among.append(joints[index])
 
 
 def _matching(batch: Batch, pending: Ints, plan: _Plan) -> tuple[Ints, Ints]:

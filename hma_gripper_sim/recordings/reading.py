@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
@@ -9,15 +10,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hma_gripper_sim.bags.message_batches import Connection, Ints, shown
+from hma_gripper_sim.bags.message_batches import Connection, Ints, absolute, shown
 from hma_gripper_sim.bags.stored_log import Log
 from hma_gripper_sim.device.topics import JOINT_STATES
 from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.recordings.assembly import Part, assemble, missing_topic
-from hma_gripper_sim.recordings.gathering import Gatherer
+from hma_gripper_sim.recordings.gathering import Gatherer, Samples
+from hma_gripper_sim.recordings.plausibility import doubts
+from hma_gripper_sim.recordings.pose_chains import pose_along_frames, pose_along_joints
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.recordings.signal_map import Signal, SignalMap
+from hma_gripper_sim.recordings.signal_sources import Robot
 from hma_gripper_sim.recordings.stamps import refuse_other_clocks
+
+_NEVER = 2**63
+"""A stamp [ns] after all others."""
 
 
 class Message(NamedTuple):
@@ -29,7 +36,7 @@ class Message(NamedTuple):
 
 
 def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message]:
-    """Yield the messages of `topics` in the order they were logged.
+    """Yield the messages of `topics` in the order they lie in the log.
 
     Raises
     ------
@@ -50,7 +57,7 @@ def read_messages(path: str | Path, topics: Collection[str]) -> Iterator[Message
                 ) from None
             yield Message(connection.topic, _stamp(content, logged), content)
     for topic in topics:
-        if topic not in log.findings.topics:
+        if absolute(topic) not in log.findings.topics:
             raise InputError(missing_topic(log.findings), field=topic, source=log.source)
 
 
@@ -79,6 +86,8 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
     log = Log(path)
     try:
         parts = _gather(log, entries)
+        for signal in entries:
+            _put_together(log, signal, parts)
         taken: dict[str, tuple[Ints, FloatArray]] = {}
         for signal in entries:
             samples = assemble(signal, parts[signal.name], log.findings)
@@ -96,7 +105,8 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
         # Signals with the same stamps share them: an hour's are many.
         time = next((s.time for s in signals.values() if np.array_equal(s.time, time)), time)
         signals[name] = Series(time, value)
-    return Recording(log.source, signals, start, (*log.findings.losses, *log.findings.notes))
+    notes = (*log.findings.losses, *log.findings.notes, *doubts(signals, entries))
+    return Recording(log.source, signals, start, notes)
 
 
 def read_poses(
@@ -114,24 +124,46 @@ def read_poses(
     InputError
         As `read_messages`; or a joint is missing; or the log ends before the last stamp.
     """
-    poses: list[FloatArray] = []
     wanted = sorted(stamps)
+    found: list[tuple[int, Any]] = [(_NEVER, None)] * len(wanted)
     for _, stamp, content in read_messages(path, [JOINT_STATES.name]):
-        if len(poses) == len(wanted):
-            break
-        if stamp < wanted[len(poses)]:
-            continue
-        position = dict(zip(content.name, content.position, strict=True))
+        for k in range(bisect_right(wanted, stamp)):
+            if stamp < found[k][0]:
+                found[k] = stamp, content
+    poses: list[FloatArray] = []
+    for asked, (stamp, content) in zip(wanted, found, strict=True):
+        if content is None:
+            reason = f"ends before stamp {shown(asked)}"
+            raise InputError(reason, field=JOINT_STATES.name, source=str(path))
+        position = dict(zip(content.name, content.position, strict=False))
         try:
-            pose = np.array([position[name] for name in joint_names])
+            poses.append(np.array([position[name] for name in joint_names]))
         except KeyError as error:
             reason = f"joint {error} is missing at stamp {shown(stamp)}"
             raise InputError(reason, field=JOINT_STATES.name, source=str(path)) from None
-        poses.append(pose)
-    if len(poses) < len(wanted):
-        reason = f"ends before stamp {shown(wanted[len(poses)])}"
-        raise InputError(reason, field=JOINT_STATES.name, source=str(path))
     return poses
+
+
+def _put_together(log: Log, signal: Signal, parts: dict[str, list[Part]]) -> None:
+    """Put together what no message holds by itself: poses along chains of frames or joints."""
+
+    def gather(entries: Sequence[Signal]) -> dict[str, list[Part]]:
+        return _gather(Log(log.source), entries)
+
+    try:
+        if isinstance(signal.source, Robot):
+            parts[signal.name] = pose_along_joints(signal, gather)
+            return
+        said = parts[signal.name]
+        if any(isinstance(samples, Samples) and samples.values for _, samples in said):
+            return
+        chain = pose_along_frames(signal, gather)
+    except InputError as error:
+        reason = f"{signal.name}: {error.reason}"
+        raise InputError(reason, field=error.field or signal.topic, source=error.source) from None
+    if chain is not None:
+        parts[signal.name], transforms = chain
+        log.findings.note(f"{signal.topic}: {signal.name} was put together from {transforms}")
 
 
 def _gather(log: Log, entries: Sequence[Signal]) -> dict[str, list[Part]]:

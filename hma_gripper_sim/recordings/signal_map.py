@@ -7,11 +7,15 @@ topic           its name
 field           dotted path of a number in the message, such as ``wrench.force.z``
 joint           the field is an array: the entry of the joint with this name
 frame           the messages are transforms (TF): the one of ``child`` in ``parent``
+urdf            the joint states of a robot put its link ``child`` into ``parent``; its ``file``
+direction       the field is a vector, of which the component along this one, such as
+                ``[0, 0.087, 0.996]``, is meant
 largest_but     instead of `joint`: the largest magnitude of all joints but this one
 unit            that the log is in; SI if left out
 scale           factor, such as -1 where the log counts the other way (default 1)
 tare            the mean over this first time is taken as zero, and subtracted
 offset          is added at last
+delay           how late the signal is in the log: is taken from its stamps (default 0)
 time            ``header``: the stamp in the message, if it has one (default); ``log``: when it
                 was logged
 publisher       which publisher of the topic, if there are several; ``any``: all of them
@@ -21,14 +25,24 @@ optional        true: a log need not have it
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from hma_gripper_sim.bags.message_batches import absolute
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.recordings.signal_sources import Field, Frame, LargestMagnitude, Source
+from hma_gripper_sim.recordings.signal_sources import (
+    POSE_FIELDS,
+    Along,
+    Field,
+    Frame,
+    LargestMagnitude,
+    Robot,
+    Source,
+)
 from hma_gripper_sim.units import choice, quantity
 from hma_gripper_sim.yaml_reading import config_directory, read_yaml, refuse_unknown
 
@@ -44,11 +58,14 @@ SIGNAL_UNITS: Mapping[str, str] = {
 
 ANY_PUBLISHER = "any"
 
+MAX_DELAY = 3600.0
+"""Beyond it [s] two clocks have nothing to do with each other."""
+
 _CLOCKS = ("header", "log")
 
 _KEYS = (
-    *("topic", "field", "joint", "frame", "largest_but", "unit", "scale", "offset", "tare"),
-    *("time", "publisher", "optional"),
+    *("topic", "field", "joint", "frame", "urdf", "direction", "largest_but"),
+    *("unit", "scale", "offset", "tare", "delay", "time", "publisher", "optional"),
 )
 
 
@@ -70,6 +87,8 @@ class Signal:
         How long [s] the signal is taken to be zero at first; 0: not at all.
     offset
         Is added after that [SI].
+    delay
+        Is subtracted from the stamps [s].
     clock
         ``header`` or ``log``.
     publisher
@@ -84,6 +103,7 @@ class Signal:
     scale: float = 1.0
     tare: float = 0.0
     offset: float = 0.0
+    delay: float = 0.0
     clock: str = "header"
     publisher: str | None = None
     optional: bool = False
@@ -105,18 +125,28 @@ class SignalMap:
     def from_yaml(cls, path: str | Path) -> SignalMap:
         """Read a file; raise `InputError` naming it, the field and what is wrong with that."""
         try:
-            return cls.from_mapping(read_yaml(path))
+            return cls.from_mapping(read_yaml(path), folder=Path(path).parent)
         except InputError as error:
             raise error.within(source=str(path)) from None
 
     @classmethod
-    def from_mapping(cls, entries: Mapping[str, Any], *, field: str | None = None) -> SignalMap:
-        """Take the entries of a file that has been read; `field` is what it calls them."""
+    def from_mapping(
+        cls, entries: Mapping[str, Any], *, field: str | None = None, folder: Path = Path()
+    ) -> SignalMap:
+        """Take the entries of a file that has been read.
+
+        Parameters
+        ----------
+        field
+            What the file calls them.
+        folder
+            That paths in them are relative to.
+        """
         try:
             refuse_unknown(entries, tuple(SIGNAL_UNITS))
             if not entries:
                 raise InputError("names no signal")
-            return cls(tuple(_signal(name, entry) for name, entry in entries.items()))
+            return cls(tuple(_signal(name, entry, folder) for name, entry in entries.items()))
         except InputError as error:
             raise error.within(field_prefix=field) from None
 
@@ -136,7 +166,7 @@ def _sim_node() -> SignalMap:
     return SignalMap.from_yaml(config_directory() / "signal_maps" / "sim_node.yaml")
 
 
-def _signal(name: str, entry: object) -> Signal:
+def _signal(name: str, entry: object, folder: Path) -> Signal:
     if not isinstance(entry, dict):
         raise InputError(f"expected a mapping of fields, got {entry!r}", field=name)
     try:
@@ -145,17 +175,17 @@ def _signal(name: str, entry: object) -> Signal:
         optional = entry.get("optional", False)
         if not isinstance(optional, bool):
             raise InputError(f"must be true or false, got {optional!r}", field="optional")
-        topic = _text(entry, "topic")
-        if not topic.startswith("/"):
-            raise InputError(f"must begin with /, got {topic!r}", field="topic")
         publisher = entry.get("publisher")
         return Signal(
             name=name,
-            topic=topic,
-            source=_source(entry),
+            topic=absolute(_text(entry, "topic")),
+            source=_source(entry, folder),
             scale=_si_per_unit(entry, unit) * quantity(entry.get("scale", 1.0), "", field="scale"),
             tare=quantity(entry.get("tare", 0.0), "s", field="tare", minimum=0.0),
             offset=quantity(entry.get("offset", 0.0), unit, field="offset"),
+            delay=quantity(
+                entry.get("delay", 0.0), "s", field="delay", minimum=-MAX_DELAY, maximum=MAX_DELAY
+            ),
             clock=choice(entry.get("time", "header"), _CLOCKS, field="time"),
             publisher=None if publisher is None else str(publisher),
             optional=optional,
@@ -164,25 +194,51 @@ def _signal(name: str, entry: object) -> Signal:
         raise error.within(field_prefix=name) from None
 
 
-def _source(entry: dict[str, Any]) -> Source:
+def _source(entry: dict[str, Any], folder: Path) -> Source:
     field = _text(entry, "field")
-    selectors = [key for key in ("joint", "frame", "largest_but") if key in entry]
+    selectors = [key for key in ("joint", "frame", "urdf", "largest_but") if key in entry]
     if len(selectors) > 1:
         raise InputError(f"cannot stand beside {selectors[0]!r}", field=selectors[1])
     if "largest_but" in entry:
         return LargestMagnitude(field, _text(entry, "largest_but"))
+    frame = _frame(entry, "frame", ()) if "frame" in entry else None
+    if "direction" in entry:
+        if selectors not in ([], ["frame"]):
+            raise InputError(f"cannot stand beside {selectors[0]!r}", field="direction")
+        return Along(field, _direction(entry["direction"]), frame)
     if "joint" in entry:
         return Field(field, joint=_text(entry, "joint"))
-    if "frame" not in entry:
-        return Field(field)
-    frame = entry["frame"]
-    if not isinstance(frame, dict):
-        raise InputError(f"expected 'parent' and 'child', got {frame!r}", field="frame")
+    if "urdf" in entry:
+        links = _frame(entry, "urdf", ("file",))
+        if field not in POSE_FIELDS:
+            raise InputError(f"must be one of {', '.join(POSE_FIELDS)}", field="field")
+        file = folder / _text(entry["urdf"], "file")
+        return Robot(field, str(file), links.parent, links.child)
+    return Field(field, frame=frame)
+
+
+def _frame(entry: dict[str, Any], key: str, more: tuple[str, ...]) -> Frame:
+    fields = entry[key]
+    names = ("parent", "child", *more)
+    if not isinstance(fields, dict):
+        listed = " and ".join(map(repr, names))
+        raise InputError(f"expected {listed}, got {fields!r}", field=key)
     try:
-        refuse_unknown(frame, ("parent", "child"))
-        return Field(field, frame=Frame(_text(frame, "parent"), _text(frame, "child")))
+        refuse_unknown(fields, names)
+        return Frame(_text(fields, "parent"), _text(fields, "child"))
     except InputError as error:
-        raise error.within(field_prefix="frame") from None
+        raise error.within(field_prefix=key) from None
+
+
+def _direction(given: object) -> tuple[float, float, float]:
+    """Return a direction as a unit vector."""
+    if not isinstance(given, list) or len(given) != 3:
+        raise InputError(f"expected three numbers, got {given!r}", field="direction")
+    x, y, z = (quantity(number, "", field="direction") for number in given)
+    length = math.hypot(x, y, z)
+    if not 0.0 < length < math.inf:
+        raise InputError("has no direction: its length is not finite or 0", field="direction")
+    return x / length, y / length, z / length
 
 
 def _si_per_unit(entry: dict[str, Any], unit: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -14,8 +15,23 @@ from hma_gripper_sim.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
+POSE_FIELDS = tuple(
+    f"transform.{part}.{axis}"
+    for part, axes in (("translation", "xyz"), ("rotation", "xyzw"))
+    for axis in axes
+)
+"""The numbers of a transform."""
+
 _JOINT_NAMES = ("name", "joint_names")
 """Fields that name the joints of the arrays beside them, in sensor_msgs and in control_msgs."""
+
+
+_LAST_INDEX = re.compile(r"(.*)\[(\d{1,9})\]")
+"""A path that ends with an index."""
+
+
+class LackingError(InputError):
+    """A message holds less than its type can: others of the type may hold the signal."""
 
 
 class Place(NamedTuple):
@@ -51,8 +67,10 @@ class Source(Protocol):
 
         Raises
         ------
+        LackingError
+            It is not in this message.
         InputError
-            Messages of this type cannot hold the signal.
+            Messages of this type cannot hold it.
         """
 
     def value(self, numbers: FloatArray) -> FloatArray:
@@ -108,7 +126,80 @@ class Field:
         names = _joint_names(layout)
         if self.joint not in names:
             return None
-        return _place(layout, self.field, names.index(self.joint), "header.stamp")
+        return _joint_place(layout, self.field, names, names.index(self.joint))
+
+    def value(self, numbers: FloatArray) -> FloatArray:
+        """Return the number itself."""
+        return numbers[:, 0]
+
+
+@dataclass(frozen=True)
+class Along:
+    """The component of a vector along a direction: of the force of a tilted sensor, for example.
+
+    Parameters
+    ----------
+    field
+        Dotted path of the vector, which has ``x``, ``y`` and ``z``, such as ``wrench.force``.
+    direction
+        Unit vector.
+    frame
+        The message holds transforms, and the field is one of this transform's.
+    """
+
+    field: str
+    direction: tuple[float, float, float]
+    frame: Frame | None = None
+
+    @property
+    def subject(self) -> str:
+        """The frame, or the vector."""
+        return repr(self.field) if self.frame is None else f"frame {self.frame}"
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Of the vector's components."""
+        return tuple(f"{self.field}.{axis}" for axis in "xyz")
+
+    def locate(self, layout: Layout) -> Place | None:
+        """Find the components."""
+        places = [Field(path, frame=self.frame).locate(layout) for path in self.paths]
+        found = [place for place in places if place is not None]
+        return _together(found) if found else None
+
+    def value(self, numbers: FloatArray) -> FloatArray:
+        """Return the component."""
+        component: FloatArray = numbers @ np.array(self.direction)
+        return component
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A pose that the joints of a robot make up; no message holds it (see `pose_chains`).
+
+    Parameters
+    ----------
+    field
+        Of the pose, as of a transform: ``transform.translation.z``.
+    file
+        The robot's description (URDF).
+    parent, child
+        Links of it: the pose of `child` in `parent`.
+    """
+
+    field: str
+    file: str
+    parent: str
+    child: str
+
+    @property
+    def subject(self) -> str:
+        """The links."""
+        return f"link {self.child!r} in {self.parent!r}"
+
+    def locate(self, layout: Layout) -> Place | None:
+        """Return that no message holds it."""
+        return None
 
     def value(self, numbers: FloatArray) -> FloatArray:
         """Return the number itself."""
@@ -144,12 +235,9 @@ class LargestMagnitude:
             return None
         kept = [index for index, name in enumerate(names) if name != self.without]
         if not kept:
-            raise InputError(f"a message has no {self.field!r} of a joint but {self.without!r}")
-        places = [_place(layout, self.field, index, "header.stamp") for index in kept]
-        return places[0]._replace(
-            paths=tuple(place.paths[0] for place in places),
-            offsets=tuple(place.offsets[0] for place in places),
-        )
+            raise LackingError(f"a message has no {self.field!r} of a joint but {self.without!r}")
+        places = [_joint_place(layout, self.field, names, index) for index in kept]
+        return _together(places)
 
     def value(self, numbers: FloatArray) -> FloatArray:
         """Return the largest magnitude."""
@@ -192,19 +280,40 @@ def _bare(frame: str) -> str:
     return frame.removeprefix("/")
 
 
+def _together(places: Sequence[Place]) -> Place:
+    """Return the places of several numbers of one message as one."""
+    return places[0]._replace(
+        paths=tuple(place.paths[0] for place in places),
+        offsets=tuple(place.offsets[0] for place in places),
+    )
+
+
+def _joint_place(layout: Layout, field: str, names: Sequence[str], index: int) -> Place:
+    """Find the number of the joint that is named at `index`."""
+    place = _place(layout, field, index, "header.stamp")
+    if layout.numbers[field].length != len(names):
+        length = layout.numbers[field].length
+        raise LackingError(f"a message has {length} entries of {field!r} for {len(names)} joints")
+    if names.count(names[index]) > 1:
+        raise LackingError(f"a message names joint {names[index]!r} more than once")
+    return place
+
+
 def _place(layout: Layout, field: str, index: int | None, stamp: str) -> Place:
     """Find one number; `index` counts in the array `field` and stands for a joint."""
-    path, bracket, rest = field.partition("[") if index is None else (field, "", "")
-    if bracket and rest.endswith("]") and rest[:-1].isdecimal():
-        index = int(rest[:-1])
-    else:
-        path = field
+    path = field
+    if index is None and (match := _LAST_INDEX.fullmatch(field)):
+        path, index = match[1], int(match[2])
     numbers = layout.numbers.get(path)
+    if numbers is None and layout.declares(path):
+        raise LackingError(f"a message has no {field!r}: its lists are shorter")
     if numbers is None or (numbers.length is None) != (index is None):
         raise InputError(f"a message has no number {field!r} ({layout.msgtype}: {_known(layout)})")
     if index is not None:
         if index >= (numbers.length or 0):
-            raise InputError(f"a message has {numbers.length} entries of {path!r}, not {index + 1}")
+            raise LackingError(
+                f"a message has {numbers.length} entries of {path!r}, not {index + 1}"
+            )
         path = f"{path}[{index}]"
     offset = numbers.offset + (index or 0) * int(numbers.kind[-1])
     has_stamp = f"{stamp}.sec" in layout.numbers

@@ -14,7 +14,58 @@ MAX_GAP = 86_400 * 10**9
 MAX_SETBACK = 10**9
 """A sample that comes later than this [ns] is of another time, not out of order."""
 
+_STEPS = 10
+"""Usual times between two samples that the first of them may take."""
+
 _REMEDY = "; 'time: log' in a signal map takes the time when it was logged"
+
+
+def are_set(stamps: Ints, logged: Ints, clock: str) -> tuple[npt.NDArray[np.bool_], str | None]:
+    """Choose the samples that have a time at all.
+
+    A message that is stamped before the sender's clock has come has the stamp 0.
+
+    Parameters
+    ----------
+    stamps, logged
+        When, and when it was logged [ns], in the order they were logged, shape (n,), n > 0.
+    clock
+        Where the stamps are from: ``header``, or ``log``, of which 0 is a time like others.
+
+    Returns
+    -------
+    As of `in_order`.
+
+    Raises
+    ------
+    InputError
+        None of them is set.
+    """
+    kept = np.ones(stamps.size, dtype=np.bool_)
+    if clock == "log" or stamps.all():
+        return kept, None
+    later = np.flatnonzero(stamps)
+    if not later.size:
+        if not logged.any():
+            return kept, None
+        raise InputError(f"its stamps are not set{_REMEDY}")
+    first = int(later[0])
+    kept = stamps != 0
+    if first and _goes_on(stamps, logged, later):
+        kept[:first] = True
+    left_out = int(np.count_nonzero(~kept))
+    if not left_out:
+        return kept, None
+    return kept, f"{left_out} of {stamps.size} samples left out because their stamp is not set (0)"
+
+
+def _goes_on(stamps: Ints, logged: Ints, later: Ints) -> bool:
+    """Return whether a clock that began at 0 came to the first later stamp in its usual steps."""
+    first = int(later[0])
+    step = int(stamps[first])
+    usual = max(0, int(np.median(np.diff(stamps[later])))) if later.size > 1 else 0
+    waited = int(logged[first] - logged[first - 1])
+    return step <= MAX_SETBACK or step <= _STEPS * usual or step - waited <= MAX_SETBACK
 
 
 def in_order(stamps: Ints, clock: str) -> tuple[npt.NDArray[np.bool_], str | None]:
@@ -37,8 +88,6 @@ def in_order(stamps: Ints, clock: str) -> tuple[npt.NDArray[np.bool_], str | Non
         Time runs back or ahead by more than samples that are out of order or a pause explain.
     """
     remedy = _REMEDY if clock == "header" else ""
-    if not stamps.any():
-        raise InputError(f"its stamps are not set{remedy}")
     latest = np.maximum.accumulate(stamps)
     setback = latest - stamps
     worst = int(setback.argmax())

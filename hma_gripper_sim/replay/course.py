@@ -11,7 +11,7 @@ import numpy as np
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Segment
 from hma_gripper_sim.kernels.base_motion import Motion
-from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
+from hma_gripper_sim.kernels.drive_profile import drive_profile, settle_commands
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.prescribed_motion import of_ticks, through_points
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
@@ -133,7 +133,7 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
     logged = ticks.copy()
     velocity = _first_velocity(way, period)
     moved = settle_commands(
-        _axis(widened, period), travel, velocity, way, values, *_SLACK, _HORIZON, _EXACT, ticks
+        widened.axis(period), travel, velocity, way, values, *_SLACK, _HORIZON, _EXACT, ticks
     )
     if moved:
         most = int(np.abs(ticks - logged).max())
@@ -236,19 +236,8 @@ def _profile(
     """Travel [m] and velocity [m/s] of the drive at the ends of its ticks, from a start on."""
     travels, velocities = np.empty((2, len(commands) + 1))
     travels[0], velocities[0] = travel, velocity
-    drive_profile(_axis(limits, period), commands, travels, velocities)
+    drive_profile(limits.axis(period), commands, travels, velocities)
     return travels, velocities
-
-
-def _axis(limits: DriveLimits, period: float) -> Axis:
-    return Axis(
-        limits.max_velocity,
-        limits.max_acceleration * period,
-        limits.travel_min,
-        limits.travel_max,
-        limits.timeout_ticks(period),
-        period,
-    )
 
 
 def _gaps(recording: Recording, period: float) -> list[str]:

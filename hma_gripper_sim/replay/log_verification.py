@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.recordings.recording import Recording
 from hma_gripper_sim.replay.course import commanded
-from hma_gripper_sim.replay.simulated_settings import Parameters, logged_parameters
+from hma_gripper_sim.replay.simulated_settings import Parameters
 from hma_gripper_sim.results.validity import findings, remarks
 from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.simulation import Simulation

@@ -12,12 +12,14 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from hma_gripper_sim.bags.log_metadata import counted_messages, logged_parameters
 from hma_gripper_sim.comparison.bounds import Bound
 from hma_gripper_sim.comparison.log_comparison import (
     LogComparison,
     compare_experiment,
     compare_recordings,
 )
+from hma_gripper_sim.comparison.provenance import simulation_facts
 from hma_gripper_sim.device.topics import CONTOUR
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Experiment
@@ -31,9 +33,7 @@ from hma_gripper_sim.replay.simulated_log import Replay
 from hma_gripper_sim.replay.simulated_log import replay as simulate_course
 from hma_gripper_sim.replay.simulated_settings import (
     Parameters,
-    counted_messages,
     flat,
-    logged_parameters,
 )
 from hma_gripper_sim.results.validity import remarks
 
@@ -65,8 +65,8 @@ class Request:
         Of the samples in the output [Hz]; None: that of the ticks, at most `FULL_RATE`.
     travel_tolerance
         How far the simulated travel may be from the measured one [m].
-    bounds
-        To judge the comparison by.
+    bounds, least_coverage
+        To judge the comparison by, and how much of a signal it takes.
     """
 
     source: Path
@@ -77,6 +77,7 @@ class Request:
     rate: float | None
     travel_tolerance: float
     bounds: Sequence[Bound]
+    least_coverage: float
 
 
 def carry_out(request: Request) -> LogComparison | None:
@@ -122,7 +123,12 @@ def carry_out(request: Request) -> LogComparison | None:
     trusted = remarks(result.validity, result.error_estimate)
     notes = (*_start(course), *course.notes, *_elsewhere(course, comparison), *trusted)
     if comparison is not None:
-        return replace(comparison, notes=(*notes, *comparison.notes))
+        return replace(
+            comparison,
+            notes=(*notes, *comparison.notes),
+            simulation=simulation_facts(parameters.given),
+            signal_map=str(request.signal_map or ""),
+        )
     for note in notes:
         console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
     return None
@@ -214,11 +220,23 @@ def _compare(
     if experiment is not None:
         if not (experiment.measured or experiment.published or experiment.log or request.bounds):
             return None
-        return compare_experiment(result.recording, experiment, source, bounds=request.bounds)
+        return compare_experiment(
+            result.recording,
+            experiment,
+            source,
+            bounds=request.bounds,
+            least_coverage=request.least_coverage,
+        )
     if recording is None:
         raise InputError("has no log", source=source)
     title = f"Replay of {request.source.name}"
-    return compare_recordings(result.recording, recording, title=title, bounds=request.bounds)
+    return compare_recordings(
+        result.recording,
+        recording,
+        title=title,
+        bounds=request.bounds,
+        least_coverage=request.least_coverage,
+    )
 
 
 def _start(course: Course) -> tuple[str, ...]:

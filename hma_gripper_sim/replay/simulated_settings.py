@@ -12,24 +12,26 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from hma_gripper_sim.bags.log_metadata import bag_information
+from hma_gripper_sim.bags.log_metadata import PARAMETERS_KEY
 from hma_gripper_sim.device.parameter_file import read_parameter_file
 from hma_gripper_sim.device.setting_definitions import PLACEMENT_FIELDS
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.motion.drive_limits import DriveLimits
-from hma_gripper_sim.yaml_reading import config_directory, read_yaml
-
-PARAMETERS_KEY = "hma_gripper_sim.parameters"
-"""Under which a log's metadata hold what it was simulated with, in JSON."""
+from hma_gripper_sim.yaml_reading import config_directory, load_yaml, read_yaml
 
 _SCENE_ONLY = ("accuracy", "gravity")
 """Parameters of a scene that the node leaves at their defaults."""
 
-_NO_EFFECT = ("real_time_factor", "publish_clock", "step_ticks", "markers_rate")
+_NO_EFFECT = (
+    "real_time_factor",
+    "publish_clock",
+    "step_ticks",
+    "markers_rate",
+    "prefix",
+    "allow_nonzero_velocity_at_trajectory_end",
+)
 """Parameters of the node that mean nothing offline."""
 
 
@@ -110,28 +112,6 @@ def catalogue() -> dict[str, object]:
     return {name: value for name, value in parameters.items() if name.startswith("contours.")}
 
 
-def logged_parameters(path: str | Path) -> dict[str, object]:
-    """Return what the log at `path` says that it was simulated with; empty if it does not say."""
-    text = (bag_information(path).get("custom_data") or {}).get(PARAMETERS_KEY)
-    if text is None:
-        return {}
-    try:
-        given = json.loads(text)
-    except ValueError:
-        given = None
-    if not isinstance(given, dict):
-        raise InputError("is no JSON mapping", field=PARAMETERS_KEY, source=str(path))
-    return given
-
-
-def counted_messages(path: str | Path, topic: str) -> int | None:
-    """Return how many messages of a topic a log's metadata count; None if they do not say."""
-    for entry in bag_information(path).get("topics_with_message_count") or ():
-        if entry["topic_metadata"]["name"] == topic:
-            return int(entry["message_count"])
-    return None
-
-
 def metadata(given: Mapping[str, object]) -> dict[str, str]:
     """Return parameters as `logged_parameters` finds them in a log's metadata again.
 
@@ -168,9 +148,9 @@ def assignment(text: str) -> dict[str, object]:
         read = float(value)
     except ValueError:
         try:
-            read = yaml.safe_load(value)
-        except (yaml.YAMLError, ValueError):
-            raise InputError(f"cannot be read: {value!r}", field=name.strip()) from None
+            read = load_yaml(value)
+        except InputError as error:
+            raise error.within(field_prefix=name.strip()) from None
     else:
         read = int(read) if value.strip().lstrip("+-").isdecimal() else read
     return {name.strip(): read}

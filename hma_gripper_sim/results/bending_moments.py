@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.mechanics.body_motion import body_motion
 from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.mechanics.scene import Scene
 
@@ -27,17 +28,12 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
         Contact wrench on the tip (fx, fz, moment), shape (r, 3).
     """
     half, chain = scene.half, scene.half.chain
-    moment = -(chain.stiffness * q + chain.damping * v)
+    moment: Array = -(chain.stiffness * q + chain.damping * v)
     if DISCRETISATIONS[scene.resolution.discretisation].joints_at_sections:
-        return np.asarray(moment)
-    # Vectors of the plane as complex numbers, x + i z.
-    angle = np.cumsum(q + chain.rest, axis=1)
-    turn = 1j * np.cumsum(a, axis=1) - np.cumsum(v, axis=1) ** 2
-    direction = np.exp(1j * angle)
-    link = direction * (chain.link[:, 0] + 1j * chain.link[:, 1])
-    arm = direction * (chain.centre[:, 0] + 1j * chain.centre[:, 1])
-    of_joint = np.cumsum(link * turn, axis=1) - link * turn
-    load = -chain.mass * (of_joint + arm * turn + 1j * scene.gravity)
+        return moment
+    motion = body_motion(chain, q, v, a)  # vectors of the plane as complex numbers, x + i z
+    direction = motion.direction
+    load = -chain.mass * (motion.centre_acceleration + 1j * scene.gravity)
     load[:, -1] += wrench[:, 0] + 1j * wrench[:, 1]
     force = -np.cumsum(load[:, ::-1], axis=1)[:, ::-1]  # of the inner on the outer part
 
@@ -58,5 +54,5 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
     return np.asarray(np.concatenate([at_starts, at_ends], axis=1))
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: NDArray[np.complex128], b: NDArray[np.complex128]) -> Array:
     return np.asarray((np.conj(a) * b).imag)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.clearance import place_segments
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.model.joint_names import SIDES
@@ -48,22 +49,12 @@ def contact_forces(scene: Scene, snapshot: Snapshot) -> list[ContactForce]:
             continue
         place_segments(half.chain, -snapshot.travel, state.q, half.segments, placed)
         start, end = placed[-1, :2], placed[-1, 2:]
-        joint = _last_joint(scene, snapshot.travel, state.q)
+        joint = np.array(place_tip(half.chain, snapshot.travel, state.q)[:2])
         # The force at start + s (end - start) has this moment about the last joint.
         share = (moment - _cross(start - joint, force)) / _cross(end - start, force)
         place = start + np.clip(share, 0.0, 1.0) * (end - start)
         forces.append(ContactForce(side, force * (mirror, 1.0), place * (mirror, 1.0)))
     return forces
-
-
-def _last_joint(scene: Scene, travel: float, q: Array) -> Array:
-    """Where the tip's joint is, in the frame of its half [m], shape (2,)."""
-    chain = scene.half.chain
-    angle = np.cumsum(chain.rest + q)[:-1]
-    x, z = chain.link[:-1].T
-    cos, sin = np.cos(angle), np.sin(angle)
-    along = np.array([(cos * x - sin * z).sum(), (sin * x + cos * z).sum() - travel])
-    return np.asarray(chain.root + along)
 
 
 def _cross(a: Array, b: Array) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.base_motion import Motion
+from hma_gripper_sim.mechanics.body_motion import body_motion
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import HalfRecord
 from hma_gripper_sim.motion.prescribed_motion import evaluate
@@ -112,16 +113,7 @@ def _impulsive_work(scene: Scene, motion: Motion, record: HalfRecord, end: float
 def _height_and_motion(scene: Scene, q: Array, v: Array, speed: Array) -> tuple[Array, Array]:
     """Heights of the bodies over the base [m], (r, n), and their kinetic energy [J], (r,)."""
     chain = scene.half.chain
-    angle = np.cumsum(q + chain.rest, axis=1)
-    turn = np.cumsum(v, axis=1)
-    link = np.exp(1j * angle) * (chain.link[:, 0] + 1j * chain.link[:, 1])
-    arm = np.exp(1j * angle) * (chain.centre[:, 0] + 1j * chain.centre[:, 1])
-    # Joints slide by straightening q^2 along the beam, whose direction turns by half of q.
-    along = chain.straightening * np.exp(1j * (angle - 0.5 * q))
-    slide = along * q**2
-    slide_rate = along * 2.0 * q * v + 1j * slide * (turn - 0.5 * v)
-    place = np.cumsum(link + slide, axis=1) - link + arm
-    rate = np.cumsum(1j * link * turn + slide_rate, axis=1) - 1j * link * turn + 1j * arm * turn
-    rate -= 1j * speed[:, None]
-    energy = 0.5 * (np.abs(rate) ** 2 @ chain.mass + turn**2 @ chain.inertia)
-    return np.asarray(place.imag), np.asarray(energy)
+    motion = body_motion(chain, q, v, np.zeros_like(v))
+    rate = motion.centre_velocity - 1j * speed[:, None]
+    energy = 0.5 * (np.abs(rate) ** 2 @ chain.mass + motion.spin**2 @ chain.inertia)
+    return np.asarray(motion.centre.imag), np.asarray(energy)

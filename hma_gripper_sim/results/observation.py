@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.clearance import Recorded
-from hma_gripper_sim.kernels.penetration import place_tip, tip_gap
+from hma_gripper_sim.kernels.kinematics import place_tip
+from hma_gripper_sim.kernels.penetration import tip_gap
 from hma_gripper_sim.mechanics.outcome import Outcome
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import Snapshot

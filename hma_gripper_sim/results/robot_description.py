@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Sequence
+from copy import deepcopy
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.clearance import TIP_SHANK
 from hma_gripper_sim.mechanics.scene import Scene
-from hma_gripper_sim.model.joint_names import SLIDE
+from hma_gripper_sim.model.joint_names import SLIDE, check_prefix
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.units import quantity
 
@@ -40,11 +41,13 @@ def gripper_urdf(
     xyz: Sequence[float] = (0.0, 0.0, 0.0),
     rpy: Sequence[float] = (0.0, 0.0, 0.0),
     arm: str | None = None,
+    prefix: str = "",
 ) -> str:
     """Return the URDF of a scene's gripper, alone or on an arm.
 
     Joints have the names of ``scene.joint_names`` and stand in that order; the link that a joint
-    carries is called ``<joint>_link``. Limits of the revolute joints are where the material's
+    carries is called ``<joint>_link``. What is seen of a link is also what others may collide
+    with. Limits of the revolute joints are where the material's
     linear range ends, and the speed at which a body's far end is as fast as the drive may be; the
     effort of `SLIDE` is what bends the top beam that far when it acts below the corners. The
     simulation itself stops at neither. Inertia in the drawing plane is the simulation's; a tip's
@@ -63,13 +66,15 @@ def gripper_urdf(
         Place [m], and roll, pitch and yaw [rad], of `MOUNT` on `parent`.
     arm
         URDF of an arm that the gripper becomes a part of. None: the gripper alone.
+    prefix
+        Stands before every name of the gripper's, as before those of the node's joint states.
 
     Raises
     ------
     InputError
         The discretisation is ``gauss``, the name of the parent is empty or taken, a number is
-        not finite, a place or an arm is given without a parent, or the arm has no such link or
-        names of the gripper's.
+        not finite, a place or an arm is given without a parent, the arm has no such link or
+        names of the gripper's, or no name can begin with the prefix.
     """
     if scene.half.chain.straightening.any():
         reason = "its joints slide as they turn, which a URDF cannot say: take another one"
@@ -80,21 +85,39 @@ def gripper_urdf(
     }
     if parent is None and any(map(any, place.values())):
         raise InputError("a place needs a link to be on", field="parent")
+    check_prefix(prefix, field="prefix")
     own = {*scene.joint_names, *map(_link_name, scene.joint_names), MOUNT, f"{MOUNT}_joint"}
-    robot = _carrier(parent, own) if arm is None else _arm(arm, parent, own)
-    material = ET.SubElement(robot, "material", name=_MATERIAL)
-    ET.SubElement(material, "color", rgba="0.85 0.6 0.2 1")
+    taken = {prefix + name for name in own}
+    robot = _carrier(parent, taken) if arm is None else _arm(arm, parent, taken)
+    gripper = _gripper(scene, limits)
+    for element in gripper.iter():
+        for attribute in ("name", "link"):
+            if attribute in element.attrib:
+                element.set(attribute, prefix + element.attrib[attribute])
     if parent is not None:
-        joint = _joint(f"{MOUNT}_joint", "fixed", parent, MOUNT)
+        joint = _joint(f"{prefix}{MOUNT}_joint", "fixed", parent, f"{prefix}{MOUNT}")
         joint.append(_origin(place["xyz"], place["rpy"]))
         robot.append(joint)
-    ET.SubElement(robot, "link", name=MOUNT)
-    robot.extend(_slide(scene, limits))
-    halves = [_half(scene, limits, side) for side in (0, 1)]
-    for name in scene.joint_names[1:]:
-        robot.extend(next(half[name] for half in halves if name in half))
+    robot.extend(gripper)
     ET.indent(robot)
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
+
+
+def _gripper(scene: Scene, limits: DriveLimits) -> ET.Element:
+    """Return a robot of all that belongs to the gripper, from the link `MOUNT` on."""
+    gripper = ET.Element("robot")
+    material = ET.SubElement(gripper, "material", name=_MATERIAL)
+    ET.SubElement(material, "color", rgba="0.85 0.6 0.2 1")
+    ET.SubElement(gripper, "link", name=MOUNT)
+    gripper.extend(_slide(scene, limits))
+    halves = [_half(scene, limits, side) for side in (0, 1)]
+    for name in scene.joint_names[1:]:
+        gripper.extend(next(half[name] for half in halves if name in half))
+    for link in gripper.findall("link"):
+        for visual in link.findall("visual"):
+            collision = ET.SubElement(link, "collision")
+            collision.extend(deepcopy(part) for part in visual if part.tag != "material")
+    return gripper
 
 
 def _carrier(parent: str | None, own: Collection[str]) -> ET.Element:

@@ -5,8 +5,12 @@ sim_node        the executable; light, so that it is ready for signals at once
 program         ROS, threads and signals around the node
 node            the node: requests to the drive, and the ticks
 inputs          the topics that command the drive, and what their messages say
+listener        hears reliable publishers and best-effort ones
+node_clock      the node's clock, and whether it stands still
+company         who else on the graph does what only one should
 publishers      everything that the node publishes
 state_messages  states as messages
+message_bytes   what serialised messages say, without deserialising them
 markers         pictures as messages
 diagnostics     the node's reports about itself
 parameters      the settings as ROS parameters

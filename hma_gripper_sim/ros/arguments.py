@@ -9,6 +9,7 @@ from itertools import pairwise
 import rclpy
 from rclpy.logging import LoggingSeverity, get_logger_level, set_logger_level
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from hma_gripper_sim.errors import InputError
 
@@ -28,6 +29,7 @@ def initialise_ros(arguments: Sequence[str]) -> None:
     """
     set_logger_level("rcl", LoggingSeverity.FATAL)  # it would print a line of its own
     try:
+        refuse_stray(remove_ros_args(list(arguments))[1:])
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         text = " ".join(str(error).split())
@@ -38,6 +40,14 @@ def initialise_ros(arguments: Sequence[str]) -> None:
         raise InputError(match["reason"], source=source) from None
     if get_logger_level("rcl") == LoggingSeverity.FATAL:
         set_logger_level("rcl", LoggingSeverity.UNSET)
+
+
+def refuse_stray(arguments: Sequence[str]) -> None:
+    """Raise `InputError` about an argument that ROS does not read, and the node neither."""
+    if arguments:
+        parameter = ":=" in arguments[0] or arguments[0] in ("-p", "-r", "--params-file")
+        hint = "it belongs behind --ros-args" if parameter else "sim_node --help lists all"
+        raise InputError(f"unknown argument ({hint})", source=arguments[0])
 
 
 def origin(parameter: str | None, arguments: Sequence[str]) -> str:

@@ -94,6 +94,9 @@ class Diagnostics:
         period: float,
         factor: float,
         elapsed: float,
+        clock_elapsed: float,
+        clock_problem: str,
+        company: Sequence[str],
     ) -> DiagnosticArray:
         """Return a report.
 
@@ -109,16 +112,30 @@ class Diagnostics:
             All so far.
         period, factor
             Simulated duration of a tick [s], and the real-time factor that is wanted; 0: any.
-        elapsed
-            Time since the last report [s].
+        elapsed, clock_elapsed
+            Time since the last report, on this machine's clock and on the node's; the latter up to
+            the last tick that was due [s].
+        clock_problem
+            What is wrong with the node's clock; empty: nothing.
+        company
+            Who is in the way on the ROS graph.
         """
         array = DiagnosticArray(
             status=[
                 self._drive(status, counts),
-                self._timing(pace, overruns, period, 0.0 if status.paused else factor, elapsed),
+                self._timing(
+                    pace,
+                    overruns,
+                    period,
+                    0.0 if status.paused else factor,
+                    elapsed,
+                    clock_elapsed,
+                    clock_problem,
+                ),
                 self._solver(status, snapshot),
                 self._stress(pace),
                 self._validity(validity),
+                self._graph(company),
             ]
         )
         array.header.stamp = stamp
@@ -158,14 +175,25 @@ class Diagnostics:
         return self._status("drive", level, message, values)
 
     def _timing(
-        self, pace: Pace, overruns: int, period: float, wanted: float, elapsed: float
+        self,
+        pace: Pace,
+        overruns: int,
+        period: float,
+        wanted: float,
+        elapsed: float,
+        clock_elapsed: float,
+        clock_problem: str,
     ) -> DiagnosticStatus:
-        achieved = pace.moved * period / elapsed
+        moved = pace.moved * period
+        achieved = moved / elapsed
         level, message = OK, f"{achieved:.2f} times real time"
-        if overruns > self._overruns:
-            level, message = WARN, "fell behind by more than 0.1 s: lag given up"
-        elif wanted and achieved < SLOW * wanted:
-            level, message = WARN, f"only {achieved:.2f} of {wanted:g} times real time"
+        if clock_problem:
+            level, message = WARN, clock_problem
+        elif overruns > self._overruns:
+            level, message = WARN, "fell behind the clock: lag given up"
+        elif wanted and clock_elapsed > 0.0 and moved < SLOW * wanted * clock_elapsed:
+            level = WARN
+            message = f"only {moved / clock_elapsed:.2f} of {wanted:g} times the node's clock"
         self._overruns = overruns
         values = {
             "real-time factor": f"{achieved:.4f}",
@@ -209,6 +237,10 @@ class Diagnostics:
             for name in FINDINGS
         }
         return self._status("validity", level, message, values)
+
+    def _graph(self, company: Sequence[str]) -> DiagnosticStatus:
+        level, message = (WARN, company[0]) if company else (OK, "nobody is in the way")
+        return self._status("graph", level, message, {"in the way": "; ".join(company) or "nobody"})
 
     def _status(
         self, part: str, level: bytes, message: str, values: Mapping[str, object]

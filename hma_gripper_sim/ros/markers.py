@@ -35,13 +35,18 @@ _RED = ColorRGBA(r=0.8, g=0.1, b=0.1, a=1.0)
 class MarkerMessages:
     """The markers, made once and refilled.
 
+    Parameters
+    ----------
+    prefix
+        Of names of frames.
+
     Attributes
     ----------
     message
         ``gripper`` and ``object``, filled outlines, and one ``contact_force`` arrow per side.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, prefix: str) -> None:
         self._gripper = _marker("gripper", 0, Marker.TRIANGLE_LIST, _AMBER)
         self._object = _marker("object", 0, Marker.TRIANGLE_LIST, _GREY)
         self._arrows = {
@@ -51,6 +56,8 @@ class MarkerMessages:
             # Diameters of shaft and head, and the length of the head [m].
             arrow.scale = Vector3(x=0.001, y=0.002, z=0.003)
         self.message = MarkerArray(markers=[self._gripper, self._object, *self._arrows.values()])
+        for marker in self.message.markers:
+            marker.header.frame_id = prefix + MOUNT
         self._drawn: Scene | None = None
 
     def fill(self, scene: Scene, state: SimulationState, snapshot: Snapshot, stamp: int) -> None:
@@ -79,7 +86,6 @@ class MarkerMessages:
 
 def _marker(namespace: str, number: int, kind: int, color: ColorRGBA) -> Marker:
     marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD, color=color)
-    marker.header.frame_id = MOUNT
     marker.pose.orientation.w = 1.0
     marker.scale = Vector3(x=1.0, y=1.0, z=1.0)
     return marker

@@ -7,7 +7,7 @@ others run in the thread of `SimNode.run`, between two ticks.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -15,21 +15,23 @@ from geometry_msgs.msg import PolygonStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from hma_gripper_sim.device.arbitration import Arbiter, Command
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.request_queue import Mailbox
 from hma_gripper_sim.device.settings import OUTLINE, Settings
-from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.device.tick_schedule import MAX_LAG_NS, MAX_SIMULATED_LAG_NS, Timeline
+from hma_gripper_sim.device.topics import OUTLINES, NodeTopic
 from hma_gripper_sim.errors import InputError
-from hma_gripper_sim.ros.inputs import SOURCES, Source
-from hma_gripper_sim.ros.parameters import refuse_two_clocks
+from hma_gripper_sim.model.joint_names import SLIDE
+from hma_gripper_sim.ros.company import Company
+from hma_gripper_sim.ros.inputs import READERS, read_outline
+from hma_gripper_sim.ros.listener import Listener
+from hma_gripper_sim.ros.message_types import message_type
+from hma_gripper_sim.ros.node_clock import NodeClock
+from hma_gripper_sim.ros.parameters import refuse_two_clocks, whole_numbers_as_declared
 from hma_gripper_sim.ros.publishers import Outputs
-
-NEWEST_QOS = QoSProfile(depth=1)
-"""Of commands and outlines: one that waits is replaced by the next."""
 
 CLOCK_POLL = 1e-3
 """How often a clock that is not the system's is looked at while waiting [s]."""
@@ -56,37 +58,47 @@ class SimNode:
         self._settings = settings
         self._drive = drive
         self._mailbox = mailbox
-        self._arbiter = Arbiter(drive, [source.name for source in SOURCES])
+        self._arbiter = Arbiter(drive, [_source(topic) for topic in READERS])
         self._timeline = Timeline(
             settings.period_ns, settings.real_time_factor, is_clock=settings.publish_clock
         )
+        self._clock = NodeClock(node.get_clock())
+        self._clock_problem = ""
         self._outputs = Outputs(node, settings)
+        self._company = Company(
+            node,
+            settings.prefix + SLIDE,
+            publishes_clock=settings.publish_clock,
+            is_own=self._outputs.is_own,
+        )
         self._reported = drive.status()
 
-        for source in SOURCES:
-            on_command = partial(self._on_command, source)
-            node.create_subscription(source.kind, f"~/{source.name}", on_command, NEWEST_QOS)
-        node.create_subscription(PolygonStamped, "~/outline", self._on_outline, NEWEST_QOS)
+        for topic in READERS:
+            on_command = partial(self._on_command, topic)
+            Listener(node, message_type(topic), topic.relative, on_command)
+        Listener(node, PolygonStamped, OUTLINES.relative, self._on_outline)
         node.create_service(Trigger, "~/reset", self._on_reset)
         node.create_service(SetBool, "~/pause", self._on_pause)
         node.create_service(Trigger, "~/step", self._on_step)
         for name in (*settings.scenes, OUTLINE):
             on_select = partial(self._on_select, name)
             node.create_service(Trigger, f"~/select_contour/{name}", on_select)
+        node.add_pre_set_parameters_callback(whole_numbers_as_declared)
         node.add_on_set_parameters_callback(self._on_parameters)
 
     # What ROS asks for; these run in the callbacks' thread.
 
-    def _on_command(self, source: Source, message: Any) -> None:
+    def _on_command(self, topic: NodeTopic, message: Any, info: Mapping[str, int]) -> None:
+        self._company.note_command(topic.relative, info)
         try:
-            call = partial(self._take, source.name, source.read(message))
+            call = partial(self._take, _source(topic), READERS[topic](message, self._settings))
         except InputError as error:
-            call = partial(self._reject, source.name, error)
+            call = partial(self._reject, _source(topic), error)
         self._mailbox.post(call)
 
-    def _on_outline(self, message: PolygonStamped) -> None:
-        points = tuple((point.x, point.z) for point in message.polygon.points)
+    def _on_outline(self, message: PolygonStamped, _: Mapping[str, int]) -> None:
         try:
+            points = read_outline(message, self._settings)
             settings = self._settings.with_outline(points)
             self._mailbox.ask(partial(self._apply, settings))
         except InputError as error:
@@ -136,43 +148,52 @@ class SimNode:
         """Tick until told to stop."""
         self._log.info(f"ready, with the contour {self._settings.contour!r} in place")
         self._outputs.publish_contour(self._settings.contour)
-        self._wait_for_clock()
-        self._timeline.start(self._now())
+        self._wait(lambda: self._clock.now() != 0)
+        self._timeline.start(self._clock.now())
         while True:
-            self._wait_for_tick()
+            self._wait(lambda: self._until_due() <= 0)
             if self._mailbox.stopped:
                 return
             begin = time.perf_counter()
             state = self._drive.tick()
             moved = self._drive.running
-            self._timeline.advance(self._now(), moved=moved)
+            self._timeline.advance(self._clock.now(), moved=moved)
             self._outputs.publish_state(state, self._timeline.stamp)
             self._outputs.count_tick(state, time.perf_counter() - begin, moved=moved)
             self._report()
-            self._outputs.publish_slow(self._settings, self._drive, self._arbiter, self._timeline)
+            self._publish_slow()
 
-    def _now(self) -> int:
-        clock = self._node.get_clock()
-        # The system's clock itself is ten times cheaper than by way of ROS.
-        return int(clock.now().nanoseconds) if clock.ros_time_is_active else time.time_ns()
+    def _until_due(self) -> int:
+        return self._timeline.until_due(self._clock.now())
 
-    def _wait_for_clock(self) -> None:
-        """A simulated clock stands at 0 until its first message."""
-        while not self._mailbox.stopped and self._now() == 0:
-            self._mailbox.serve(CLOCK_POLL)
+    def _wait(self, over: Callable[[], bool]) -> None:
+        """Serve requests, at least those that are there, until a condition holds.
 
-    def _wait_for_tick(self) -> None:
-        """Serve requests until the next tick is due, and at least those that are there."""
-        simulated_clock = self._node.get_clock().ros_time_is_active
+        Time may be simulated, and stand still: reports come meanwhile all the same.
+        """
         while True:
-            left = self._timeline.until_due(self._now()) * 1e-9
-            self._mailbox.serve(min(left, CLOCK_POLL) if simulated_clock else left)
-            if self._mailbox.stopped or self._timeline.until_due(self._now()) <= 0:
+            simulated = self._clock.simulated
+            self._timeline.max_lag = MAX_SIMULATED_LAG_NS if simulated else MAX_LAG_NS
+            wait = CLOCK_POLL if simulated else 1e-9 * self._until_due()
+            self._mailbox.serve(0.0 if over() else wait)
+            if self._mailbox.stopped or over():
                 return
+            self._publish_slow()
+
+    def _publish_slow(self) -> None:
+        problem = self._clock.problem
+        if problem and not self._clock_problem:
+            self._log.warning(problem)
+        self._clock_problem = problem
+        self._outputs.publish_slow(
+            self._settings, self._drive, self._arbiter, self._timeline, self._clock, self._company
+        )
 
     def _take(self, source: str, command: Command) -> None:
+        clock = self._clock.now()
+        present = self._timeline.present(clock)
         try:
-            self._arbiter.take(source, command, self._timeline.present(self._now()))
+            self._arbiter.take(source, command, present, max(0, clock - present))
         except InputError as error:
             self._warn(source, error)
 
@@ -200,7 +221,7 @@ class SimNode:
             state = self._drive.step()
             if failure := self._drive.status().failure:
                 raise InputError(failure, field="step")
-            self._timeline.step(self._now())
+            self._timeline.step(self._clock.now())
             self._outputs.publish_state(state, self._timeline.stamp)
         seconds, nanoseconds = divmod(self._timeline.stamp, 1_000_000_000)
         return f"stamp: {seconds}.{nanoseconds:09d} s, travel: {self._drive.state.travel!r} m"
@@ -230,3 +251,8 @@ class SimNode:
         if now.at_limit and not before.at_limit:
             log.warning("travel limit reached", throttle_duration_sec=1.0)
         self._reported = now
+
+
+def _source(topic: NodeTopic) -> str:
+    """Return what a topic is called where a source of commands is named."""
+    return topic.relative.removeprefix("~/")

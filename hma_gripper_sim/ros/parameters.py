@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from hma_gripper_sim.device.setting_definitions import Field, field_of
 from hma_gripper_sim.device.settings import Settings
@@ -38,6 +39,14 @@ def declare_parameters(node: Node) -> Settings:
     return settings
 
 
+def whole_numbers_as_declared(parameters: list[Parameter]) -> list[Parameter]:
+    """Return parameters with whole numbers as floats where floats are declared.
+
+    ``ros2 param set NODE friction 1`` sends an integer, which rclpy would refuse.
+    """
+    return [_as_declared(parameter) for parameter in parameters]
+
+
 def refuse_two_clocks(settings: Settings, *, use_sim_time: bool) -> None:
     """Raise `InputError` if the node was to follow the clock that it publishes itself."""
     if use_sim_time and settings.publish_clock:
@@ -45,6 +54,18 @@ def refuse_two_clocks(settings: Settings, *, use_sim_time: bool) -> None:
             "cannot be true with publish_clock: the node would wait for its own clock",
             field="use_sim_time",
         )
+
+
+def _as_declared(parameter: Parameter) -> Parameter:
+    try:
+        default = field_of(parameter.name).default
+    except InputError:
+        return parameter  # of every node, or unknown: not for us to judge
+    if isinstance(default, float) and parameter.type_ == Parameter.Type.INTEGER:
+        return Parameter(parameter.name, value=float(parameter.value))
+    if isinstance(default, list) and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
+        return Parameter(parameter.name, value=[float(number) for number in parameter.value])
+    return parameter
 
 
 def _descriptor(field: Field) -> ParameterDescriptor:

@@ -10,12 +10,16 @@ published into a ROS that is already shut down.
 from __future__ import annotations
 
 import gc
+import logging
+import os
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
 from threading import Event, Thread
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -32,10 +36,15 @@ from hma_gripper_sim.ros.node import SimNode
 from hma_gripper_sim.ros.parameters import declare_parameters
 from hma_gripper_sim.simulation.simulation import Simulation
 
+T = TypeVar("T")
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_UP = 0.1
 """How often the callbacks' thread looks whether it is to end [s]."""
+
+COMPILING_POLL = 0.02
+"""How often the main thread looks whether the kernels are compiled [s]."""
 
 REST = 2e-4
 """How long the callbacks' thread leaves the ticks alone after each round [s]: a flood of messages
@@ -50,16 +59,22 @@ def run_node(arguments: Sequence[str]) -> int:
     The exit code: 0 after a signal; 2 when an argument or parameter cannot be used.
     """
     mailbox = Mailbox()
-    _stop_on_signals(mailbox)
+    for number in SIGNALS:
+        signal.signal(number, lambda *_: mailbox.stop())
     try:
         _run(arguments, mailbox)
     except InputError as error:
         source = error.source or origin(error.field, arguments)
         print(f"error: {error.within(source=source)}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        pass  # while the kernels were compiled
+    except _StillCompilingError:
+        sys.stderr.flush()
+        os._exit(0)  # Python itself could end only once the thread that compiles has
     return 0
+
+
+class _StillCompilingError(Exception):
+    """A signal came while the kernels were compiled."""
 
 
 def _run(arguments: Sequence[str], mailbox: Mailbox) -> None:
@@ -68,11 +83,8 @@ def _run(arguments: Sequence[str], mailbox: Mailbox) -> None:
         node = Node(NODE.strip("/"), automatically_declare_parameters_from_overrides=True)
         try:
             settings = declare_parameters(node)
-            mailbox.serve(0.0)
-            if mailbox.stopped:
-                return
-            with _interruptible(mailbox):
-                drive = _ready_drive(settings)
+            logging.getLogger("hma_gripper_sim").addHandler(_RosLog(node))
+            drive = _unless_stopped(lambda: _ready_drive(settings), mailbox)
             gripper = SimNode(node, settings, drive, mailbox)
             gc.freeze()  # what is there now stays: no collection stops a tick to look through it
             with _callbacks(node, mailbox):
@@ -102,35 +114,41 @@ def _ready_drive(settings: Settings) -> Drive:
     return drive
 
 
-def _stop_on_signals(mailbox: Mailbox) -> None:
-    for number in SIGNALS:
-        signal.signal(number, lambda *_: mailbox.stop())
+def _unless_stopped(call: Callable[[], T], mailbox: Mailbox) -> T:
+    """Return what `call` returns, which may take minutes; meanwhile a signal is heard at once.
 
+    It runs in a thread of its own: numba does not expect to be interrupted by a signal.
 
-@contextmanager
-def _interruptible(mailbox: Mailbox) -> Iterator[None]:
-    """Let a signal raise `KeyboardInterrupt` meanwhile: compiling may take a quarter minute.
-
-    The mailbox is told all the same: Python drops what is raised in a finaliser, and would print
-    a traceback for it.
+    Raises
+    ------
+    _StillCompilingError
+        A signal came first. The thread goes on.
     """
+    result: Future[T] = Future()
 
-    def interrupt(*_: object) -> None:
-        _stop_on_signals(mailbox)
-        mailbox.stop()
-        raise KeyboardInterrupt
+    def run() -> None:
+        try:
+            result.set_result(call())
+        except BaseException as error:
+            result.set_exception(error)
 
-    report = sys.unraisablehook
-    sys.unraisablehook = lambda dropped: (
-        None if dropped.exc_type is KeyboardInterrupt else report(dropped)
-    )
-    for number in SIGNALS:
-        signal.signal(number, interrupt)
-    try:
-        yield
-    finally:
-        _stop_on_signals(mailbox)
-        sys.unraisablehook = report
+    Thread(target=run, name="compiling", daemon=True).start()
+    while not result.done():
+        mailbox.serve(COMPILING_POLL)
+        if mailbox.stopped:
+            raise _StillCompilingError
+    return result.result()
+
+
+class _RosLog(logging.Handler):
+    """Hands what the library has to say on to the node's log."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__()
+        self._log = node.get_logger()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._log.warning(record.getMessage())
 
 
 @contextmanager

@@ -3,29 +3,43 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import WrenchStamped
+import numpy as np
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from visualization_msgs.msg import MarkerArray
 
 from hma_gripper_sim.device.arbitration import Arbiter
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
 from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.device.topics import (
+    CLOCK,
+    CONTOUR,
+    DIAGNOSTICS,
+    JOINT_STATES,
+    MARKERS,
+    NodeTopic,
+)
+from hma_gripper_sim.ros.company import Company
 from hma_gripper_sim.ros.diagnostics import Diagnostics, Pace
 from hma_gripper_sim.ros.markers import MarkerMessages
-from hma_gripper_sim.ros.state_messages import SerialisedMessage, StateMessages
+from hma_gripper_sim.ros.message_bytes import header_stamp
+from hma_gripper_sim.ros.message_types import message_type
+from hma_gripper_sim.ros.node_clock import NodeClock
+from hma_gripper_sim.ros.state_messages import StateMessages, template
 from hma_gripper_sim.simulation.simulation import SimulationState
 
 STATE_QOS = QoSProfile(depth=100)
 """A recorder that stalls for a tenth of a second at 1 kHz loses nothing."""
 
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+STAMPS_KEPT = 1000
+"""Ticks of which it is known that they have been published here."""
 
 DIAGNOSTICS_PERIOD = 1.0
 """Time between two reports on this machine's clock [s]."""
@@ -45,24 +59,30 @@ class Outputs:
     def __init__(self, node: Node, settings: Settings) -> None:
         scene = settings.scenes[settings.contour]
         self._node = node
-        self._state_messages = StateMessages(scene.joint_names)
-        self._joint_states = node.create_publisher(JointState, "joint_states", STATE_QOS)
-        self._wrench = node.create_publisher(WrenchStamped, "~/actuator_wrench", STATE_QOS)
-        self._phi = node.create_publisher(JointState, "~/phi", STATE_QOS)
-        self._contour = node.create_publisher(String, "~/contour", LATCHED_QOS)
-        self._clock = None
-        if settings.publish_clock:
-            self._clock = node.create_publisher(Clock, "/clock", STATE_QOS)
-        self._clock_message = SerialisedMessage(Clock())
-        self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED_QOS)
-        self._marker_messages = MarkerMessages()
+        self._state_messages = StateMessages(scene.joint_names, settings.prefix)
+        self._states = [
+            (_publisher(node, topic, STATE_QOS), message)
+            for topic, message in self._state_messages.by_topic.items()
+        ]
+        self._contour = _publisher(node, CONTOUR, LATCHED_QOS)
+        self._clock = _publisher(node, CLOCK, STATE_QOS) if settings.publish_clock else None
+        self._size = len(self._state_messages.by_topic[JOINT_STATES].content)
+        self._stamps: deque[int] = deque(maxlen=STAMPS_KEPT)
+        self._clock_message = template(Clock(), np.empty((0, 0)))
+        self._markers = _publisher(node, MARKERS, LATCHED_QOS)
+        self._marker_messages = MarkerMessages(settings.prefix)
         self._drawn: tuple[str, SimulationState] | None = None
         self._markers_due = 0.0
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._reports = Diagnostics(node.get_name(), scene.design)
+        self._diagnostics = _publisher(node, DIAGNOSTICS, QoSProfile(depth=10))
+        self._reports = Diagnostics(node.get_fully_qualified_name().strip("/"), scene.design)
         self._joints = len(scene.joint_names)
         self._pace = Pace(self._joints)
         self._reported = time.monotonic()
+        self._accounted = 0
+
+    def is_own(self, joint_states: bytes) -> bool:
+        """Whether serialised joint states are among the last that were published here."""
+        return len(joint_states) == self._size and header_stamp(joint_states) in self._stamps
 
     def publish_contour(self, name: str) -> None:
         """Publish which object is in place."""
@@ -70,11 +90,10 @@ class Outputs:
 
     def publish_state(self, state: SimulationState, stamp: int) -> None:
         """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
-        messages = self._state_messages
-        messages.fill(state, stamp)
-        self._joint_states.publish(messages.joint_states.content)
-        self._wrench.publish(messages.actuator_wrench.content)
-        self._phi.publish(messages.phi.content)
+        self._state_messages.fill(state, stamp)
+        self._stamps.append(stamp)
+        for publisher, message in self._states:
+            publisher.publish(message.content)
         if self._clock is not None:
             self._clock_message.stamp(*divmod(stamp, 1_000_000_000))
             self._clock.publish(self._clock_message.content)
@@ -84,14 +103,21 @@ class Outputs:
         self._pace.add(state, took, moved=moved)
 
     def publish_slow(
-        self, settings: Settings, drive: Drive, arbiter: Arbiter, timeline: Timeline
+        self,
+        settings: Settings,
+        drive: Drive,
+        arbiter: Arbiter,
+        timeline: Timeline,
+        clock: NodeClock,
+        company: Company,
     ) -> None:
-        """Publish markers and diagnostics when their time has come."""
+        """Publish markers and diagnostics when their time has come on this machine's clock."""
         now = time.monotonic()
         if now >= self._markers_due and settings.markers_rate:
             self._markers_due = now + 1.0 / settings.markers_rate
             self._draw(settings, drive, timeline.stamp)
         if now >= self._reported + DIAGNOSTICS_PERIOD:
+            accounted = timeline.accounted(clock.now())
             report = self._reports.report(
                 self._node.get_clock().now().to_msg(),
                 drive.status(),
@@ -103,10 +129,13 @@ class Outputs:
                 period=settings.period,
                 factor=settings.real_time_factor,
                 elapsed=now - self._reported,
+                clock_elapsed=1e-9 * (accounted - self._accounted),
+                clock_problem=clock.problem,
+                company=company.findings,
             )
             self._diagnostics.publish(report)
             self._pace = Pace(self._joints)
-            self._reported = now
+            self._reported, self._accounted = now, accounted
 
     def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:
         """Publish markers where someone listens and something has changed; the last are latched."""
@@ -120,3 +149,7 @@ class Outputs:
         self._marker_messages.fill(scene, drive.state, drive.snapshot(), stamp)
         self._markers.publish(self._marker_messages.message)
         self._drawn = picture
+
+
+def _publisher(node: Node, topic: NodeTopic, qos: QoSProfile) -> Publisher:
+    return node.create_publisher(message_type(topic), topic.relative, qos)

@@ -13,6 +13,7 @@ from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import Recorded
 from hma_gripper_sim.kernels.dense_output import add_load
 from hma_gripper_sim.kernels.penetration import deepest_penetration
+from hma_gripper_sim.mechanics.body_motion import body_motion
 from hma_gripper_sim.mechanics.half_gripper import HalfGripper
 from hma_gripper_sim.mechanics.outcome import SolverStats
 from hma_gripper_sim.mechanics.scene import Scene
@@ -277,13 +278,13 @@ def beam_tangent(half: HalfGripper, q: Array) -> Array:
 
 def beam_chord(half: HalfGripper, q: Array) -> Array:
     """Angle between top beam and the line through the side beam's ends [rad]; `q` likewise."""
-    angles = np.cumsum(q + half.chain.rest, axis=-1)
-    (first, start), (last, end) = half.beam_start, half.beam_end
-    links = np.exp(1j * angles) * (half.chain.link[:, 0] + 1j * half.chain.link[:, 1])
-    chord = links[..., first:last].sum(axis=-1)
-    chord += np.exp(1j * angles[..., last]) * complex(*end)
-    chord -= np.exp(1j * angles[..., first]) * complex(*start)
-    return np.asarray(np.pi + np.angle(chord))
+    still = np.zeros_like(q)
+    motion = body_motion(half.chain, q, still, still)
+    start, end = (
+        motion.joint[..., body] + motion.direction[..., body] * complex(*point)
+        for body, point in (half.beam_start, half.beam_end)
+    )
+    return np.asarray(np.pi + np.angle(end - start))
 
 
 def joint_rows(scene: Scene, slide: Array, right: Rows, left: Rows) -> tuple[Array, Array, Array]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import random
 import re
+import resource
+import time
 import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import mcap.writer
 import numpy as np
 import pytest
+import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
@@ -316,7 +320,7 @@ def chunk(content: bytes, *, size: int, compression: bytes = b"") -> bytes:
         (chunk(b"", size=2**62), "claims to have 4611686018427387904 bytes"),
         (chunk(b"abc", size=3), "has 3 bytes, of which 0 are records, and claims to have 3"),
         (chunk(b"abc", size=5, compression=b"zstd"), "zstd|frame|decompress"),
-        (chunk(b"abc", size=5, compression=b"lz4"), "LZ4"),
+        (chunk(b"abc", size=5, compression=b"lz4"), "crc validation failed"),
         (b"\x06\x02" + bytes(9), "chunk at byte 37 cannot be read"),
         (b"\x44\x02" + bytes(9), "record of unknown kind 68 at byte 37: damaged"),
         (b"\x05\x02" + bytes(9), "a message record is too short"),
@@ -339,3 +343,108 @@ def test_file_is_read_a_piece_at_a_time(
     monkeypatch.setattr("hma_gripper_sim.bags.mcap_file._PIECE", 100)
     for options in WAYS.values():
         assert read_recording(write(**options))["travel"].value.size == 10
+
+
+@pytest.mark.parametrize("cut", [0, 1])
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_chunk_that_expands_beyond_its_size_is_refused(
+    tmp_path: Path, compression: str, cut: int
+) -> None:
+    """Whatever its content claims; also if the file breaks off in it."""
+    big = bytes(2**28)
+    frame = lz4.frame.compress(big)
+    if compression == "zstd":
+        frame = zstandard.ZstdCompressor().compress(big)
+    content = chunk(frame, size=1000, compression=compression.encode())
+    path = tmp_path / "log.mcap"
+    path.write_bytes(MAGIC + content[: len(content) - cut])
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputError, match=r"more bytes than the 1000 it claims|unknown kind 0"):
+        read_recording(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
+
+
+def test_chunk_that_claims_to_expand_beyond_reason_is_refused(tmp_path: Path) -> None:
+    """Some kilobytes that stand for 128 MiB of zeros, and say so."""
+    size = 2**27
+    content = chunk(
+        zstandard.ZstdCompressor().compress(bytes(size)), size=size, compression=b"zstd"
+    )
+    path = tmp_path / "log.mcap"
+    path.write_bytes(MAGIC + content)
+    with pytest.raises(InputError, match=f"claims to have {size} bytes"):
+        read_recording(path)
+
+
+SEPARATOR = "=" * 80 + "\n"
+BOMBS = {
+    "100,000 fields": "string[] name\n" + "\n".join(f"float64 f{i}" for i in range(100_000)),
+    "10,000 fields": "string[] name\n" + "\n".join(f"int8 f{i}" for i in range(10_000)),
+    "10^12 empty structures": "string[] name\na/B[1000000] position\n"
+    f"{SEPARATOR}MSG: a/B\na/C[1000000] c\n{SEPARATOR}MSG: a/C\nstd_msgs/Empty e\n"
+    f"{SEPARATOR}MSG: std_msgs/Empty\n",
+    "2^40 fields": "string[] name\na/B0 position\n"
+    + "".join(f"{SEPARATOR}MSG: a/B{i}\na/B{i + 1} c\na/B{i + 1} d\n" for i in range(40))
+    + f"{SEPARATOR}MSG: a/B40\nint8 x\n",
+    "10^6 texts": "string[] name\nstring[1000000] position\n",
+    "itself": f"string[] name\na/B position\n{SEPARATOR}MSG: a/B\na/B b\n",
+}
+
+
+@pytest.mark.parametrize("definition", BOMBS.values(), ids=BOMBS.keys())
+def test_type_that_is_too_large_to_be_one_is_refused(tmp_path: Path, definition: str) -> None:
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file)
+        writer.start("ros2")
+        name = "sensor_msgs/msg/JointState"
+        schema = writer.register_schema(name, "ros2msg", definition.encode())
+        channel = writer.register_channel("/joint_states", "cdr", schema)
+        writer.add_message(channel, 1, b"\x00\x01\x00\x00" + bytes(40), 1)
+        writer.finish()
+    began = time.monotonic()
+    with pytest.raises(InputError, match=r"unknown type 'sensor_msgs/msg/JointState': its def"):
+        read_recording(path)
+    with pytest.raises(InputError, match="unknown type"):
+        list(read_messages(path, ["/joint_states"]))
+    assert time.monotonic() - began < 2.0
+
+
+def test_type_of_ros_1_in_an_mcap_file_is_read(
+    tmp_path: Path, make_ticks: Callable[[int], list[Any]], as_ros1: Callable[[Any], Any]
+) -> None:
+    """As `mcap convert` writes it, and ROS 2 where a recorder leaves out the ``msg``."""
+    entries = [entry for entry in make_ticks(3) if entry[0].name == WRENCH]
+    definition, data = as_ros1(entries[0][2])
+    path = tmp_path / "ros1.mcap"
+    with path.open("wb") as file:
+        writer = mcap.writer.Writer(file)
+        writer.start("ros1")
+        name = "geometry_msgs/WrenchStamped"
+        schema = writer.register_schema(name, "ros1msg", definition.encode())
+        channel = writer.register_channel(WRENCH, "ros1", schema)
+        writer.add_message(channel, 1, data, 1)
+        writer.finish()
+    entry = {"topic": WRENCH, "field": "wrench.force.z"}
+    recording = read_recording(path, SignalMap.from_mapping({"actuator_force": entry}))
+    assert recording["actuator_force"].value.tolist() == [0.5]
+
+
+def test_type_without_msg_in_its_name_is_read(
+    tmp_path: Path, by_mcap: Write, make_ticks: Callable[[int], list[Any]]
+) -> None:
+    path = by_mcap(make_ticks(5), use_chunking=False, enable_crcs=False)
+    content = path.read_bytes()
+    old, new = b"sensor_msgs/msg/JointState", b"sensor_msgs/JointState"
+    begin = content.index(old)
+    record = begin - 4 - 2 - 9
+    size = int.from_bytes(content[record + 1 : record + 9], "little") - 4
+    path.write_bytes(
+        content[: record + 1]
+        + size.to_bytes(8, "little")
+        + content[record + 9 : begin - 4]
+        + len(new).to_bytes(4, "little")
+        + new
+        + content[begin + len(old) :]
+    )
+    assert read_recording(path)["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import bz2
 import re
+import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from hma_gripper_sim import InputError
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.signal_map import SignalMap
 
+PACKED = {"bz2": bz2.compress, "lz4": lz4.frame.compress}
 KINDS = ["ROS 1", "ROS 1, bz2", "ROS 1, lz4"]
 WRENCH = "/hma_gripper_sim/actuator_wrench"
 
@@ -81,6 +85,77 @@ def test_bag_that_was_not_closed_is_read(write: Callable[..., Path]) -> None:
     recording = read_recording(path)
     assert recording["travel"].value.size == 40
     assert f"bag.bag is truncated: ends at byte {index}" in recording.notes[0]
+
+
+def with_length(data: bytes) -> bytes:
+    return len(data).to_bytes(4, "little") + data
+
+
+def opened(content: bytes) -> bytes:
+    """The bag before its last chunk was closed: 0 bytes by its header, the messages behind it."""
+    place = content.index(b"index_pos=") + len(b"index_pos=")
+    index = int.from_bytes(content[place : place + 8], "little")
+    header = content.rindex(b"op=\x05", 0, index)
+    begin = content.rindex(b"size=", 0, index) + len(b"size=")
+    assert begin > header
+    length = begin + 4
+    size = int.from_bytes(content[length : length + 4], "little")
+    body = content[length + 4 : length + 4 + size]
+    left = content[:begin] + bytes(8) + body
+    return left[:place] + bytes(8) + left[place + 8 :]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_chunk_that_was_never_closed_is_read(write: Callable[..., Path], kind: str) -> None:
+    """As rosbag leaves it when it is killed, in place of which it makes `.bag.active` files."""
+    path = write(kind)
+    content = opened(path.read_bytes())
+    path.write_bytes(content[:-30] if kind == "ROS 1" else content)
+    recording = read_recording(path)
+    assert recording["travel"].value.tolist() == [0.001 * i for i in range(40)]
+    assert "bag.bag is truncated: ends at byte" in recording.notes[0]
+
+
+def test_bag_that_was_indexed_after_it_had_been_cut_off_is_read(write: Callable[..., Path]) -> None:
+    """What the recorder was writing lies in front of the index: part of a message."""
+    path = write("ROS 1")
+    content = path.read_bytes()
+    place = content.index(b"index_pos=") + len(b"index_pos=")
+    index = int.from_bytes(content[place : place + 8], "little")
+    for rest in (b"\x20\x00\x00\x00\x07\x00\x00\x00op=", content[4200:5000]):
+        moved = content[:place] + (index + len(rest)).to_bytes(8, "little")
+        path.write_bytes(moved + content[place + 8 : index] + rest + content[index:])
+        recording = read_recording(path)
+        assert recording["travel"].value.size == 40
+        assert f"has {len(rest)} bytes in front of its index that are no" in recording.notes[0]
+
+
+def test_damage_that_the_index_tells_to_have_cost_messages_is_refused(
+    write: Callable[..., Path],
+) -> None:
+    path = write("ROS 1")
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"op=\x05", b"op=\x09"))
+    with pytest.raises(InputError, match=r"record at byte \d+: is of unknown kind 9: damaged"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_chunk_that_expands_beyond_its_size_is_refused(
+    write: Callable[..., Path], compression: str
+) -> None:
+    """A few bytes that stand for a gigabyte: no more than is declared is unpacked."""
+    path = write("ROS 1")
+    content = opened(path.read_bytes())
+    packed = PACKED[compression](bytes(2**26))
+    size = b"size=" + (1000).to_bytes(4, "little")
+    fields = (b"op=\x05", b"compression=" + compression.encode(), size)
+    header = b"".join(map(with_length, fields))
+    path.write_bytes(content[:4109] + with_length(header) + with_length(packed))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputError, match="a chunk has not the 1000 bytes that it claims to have"):
+        read_recording(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import resource
 import shutil
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import mcap.writer
 import numpy as np
 import pytest
+import zstandard
 
 from hma_gripper_sim import InputError
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
@@ -167,3 +172,138 @@ def test_topic_that_rosbag2_recorded_from_two_publishers_is_refused(
     assert caught.value.field == "/hma_gripper_sim/actuator_wrench"
     joints = SignalMap.from_mapping({"phi_left": LOGGED_PHI})
     assert read_recording(path, joints)["phi_left"].value.size == 5
+
+
+@pytest.mark.parametrize("content", [b"", bytes(4096)], ids=["empty", "NUL"])
+@pytest.mark.parametrize("kind", ["rosbag2 mcap, split", "rosbag2 sqlite3, split"])
+def test_what_a_crash_leaves_blank_is_noted(
+    kind: str, content: bytes, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """The metadata, and the file that was begun last."""
+    path = storages[kind](tmp_path, entries)
+    (path / "metadata.yaml").write_bytes(content)
+    suffix = ".mcap" if "mcap" in kind else ".db3"
+    (path / f"bag_2{suffix}").write_bytes(content)
+    recording = read_recording(path)
+    assert recording["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
+    assert f"bag_2{suffix} is empty: the recording was not finished" in recording.notes
+    assert "its metadata.yaml is empty: the recording was not finished" in recording.notes
+    for file in path.glob(f"*{suffix}"):
+        file.write_bytes(content)
+    with pytest.raises(InputError, match="all of its files are empty"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("kind", ["rosbag2 mcap, zstd messages", "rosbag2 sqlite3, zstd messages"])
+def test_messages_that_are_compressed_show_it_themselves(
+    kind: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """Without metadata that say so: after a crash, or of a file on its own."""
+    path = storages[kind](tmp_path, entries)
+    (path / "metadata.yaml").unlink()
+    (file,) = path.iterdir()
+    for log in (path, file):
+        assert read_recording(log)["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
+
+
+def test_database_of_the_first_rosbag2_is_read(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """Types without ``/msg/``, no qualities of service, no definitions."""
+    path = storages["db3"](tmp_path, entries)
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("UPDATE topics SET type = replace(type, '/msg/', '/')")
+        database.execute("UPDATE topics SET name = substr(name, 2)")
+        for column in ("offered_qos_profiles", "type_description_hash"):
+            database.execute(f"ALTER TABLE topics DROP COLUMN {column}")
+        for table in ("schema", "metadata", "message_definitions"):
+            database.execute(f"DROP TABLE {table}")
+        database.commit()
+    assert read_recording(path)["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004]
+
+
+@pytest.mark.parametrize("qos", ["- {", "3", "- a\n- b: [", "[" * 5000])
+def test_qualities_of_service_that_are_no_yaml_do_not_matter(
+    qos: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["db3"](tmp_path, entries)
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("UPDATE topics SET offered_qos_profiles = ?", [qos])
+        database.commit()
+    assert read_recording(path)["travel"].value.size == 5
+
+
+def test_database_with_something_else_in_it_is_named(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["db3"](tmp_path, entries)
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("UPDATE messages SET data = 1000000000")
+        database.commit()
+    with pytest.raises(InputError, match="a message is no bytes with a time"):
+        read_recording(path)
+    other = tmp_path / "other.db3"
+    with closing(sqlite3.connect(other)) as database:
+        database.execute("CREATE TABLE songs (name)")
+        database.commit()
+    with pytest.raises(InputError, match="without the tables that rosbag2 writes"):
+        read_recording(other)
+
+
+def test_database_whose_name_has_a_meaning_in_addresses_is_read(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["db3"](tmp_path, entries)
+    named = path.rename(tmp_path / "50%20 #1?.db3")
+    assert read_recording(named)["travel"].value.size == 5
+
+
+def test_what_is_no_file_is_named(tmp_path: Path) -> None:
+    """Opening a FIFO would wait for somebody who writes to it."""
+    fifo = tmp_path / "log.mcap"
+    os.mkfifo(fifo)
+    for read in (read_recording, SignalMap.from_yaml):
+        with pytest.raises(InputError, match="cannot be read: it is no regular file"):
+            read(fifo)
+
+
+def test_pointer_to_a_log_elsewhere_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 9\n")
+    with pytest.raises(InputError, match="Git LFS pointer, not the log: 'git lfs pull'"):
+        read_recording(path)
+
+
+def test_file_that_was_renamed_is_pointed_out(
+    entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    path = storages["rosbag2 sqlite3"](tmp_path, entries)
+    (path / "bag.db3").rename(path / "first.db3")
+    reason = r"bag.db3: cannot be read: No such file or directory; beside it there is first.db3"
+    with pytest.raises(InputError, match=reason):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("kind", ["rosbag2 mcap, zstd messages", "rosbag2 mcap, zstd file"])
+def test_content_that_expands_without_bound_is_refused(
+    kind: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """A few kilobytes that stand for half a gigabyte."""
+    path = storages[kind](tmp_path, entries)
+    (file,) = (file for file in path.iterdir() if file.name != "metadata.yaml")
+    compressor = zstandard.ZstdCompressor(level=19)
+    packed = compressor.compress(b"\x89MCAP0\r\n" + bytes(2**29))
+    if "file" in kind:
+        file.write_bytes(packed)
+    else:
+        with file.open("wb") as stream:
+            writer = mcap.writer.Writer(stream)
+            writer.start("ros2")
+            schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")
+            channel = writer.register_channel("/joint_states", "cdr", schema)
+            writer.add_message(channel, START, packed, START)
+            writer.finish()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputError, match=r"decompresses to more than|unknown kind 0"):
+        read_recording(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 600_000  # kB

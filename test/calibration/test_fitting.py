@@ -11,6 +11,7 @@ from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
 from hma_gripper_sim.calibration.fitting import autocorrelation_time, calibrate
 from hma_gripper_sim.calibration.free_parameters import PARAMETERS, FreeParameter, free_parameters
 from hma_gripper_sim.calibration.observations import AVERAGED, SIGNALS, Trial, averaged
+from hma_gripper_sim.calibration.tables import remarks
 from hma_gripper_sim.motion.prescribed_motion import follow
 from hma_gripper_sim.recordings.recording import Series
 
@@ -127,6 +128,89 @@ def test_what_cannot_be_told_is_refused(clean) -> None:
     angle = averaged("phi_left", Series(time, np.full(len(time), 1.68)), None, AVERAGED)
     with pytest.raises(InputError, match="friction has no effect"):
         calibrate(scene, Trial(short, (angle,)), free)
+
+
+def test_what_the_data_hardly_show_is_not_told(clean) -> None:
+    """A force whose noise is much larger than what friction does to it, and no angles."""
+    force = clean["actuator_force"]
+    noise = np.random.default_rng(1).normal(scale=50.0, size=len(force.time))
+    trial = Trial(
+        MOTION,
+        (averaged("actuator_force", Series(force.time, force.value + noise), None, AVERAGED),),
+    )
+    found = calibrate(replace(TRUTH, friction=0.5), trial, free_parameters("friction", TRUTH))
+    assert found.untold == ("friction",)
+    assert found.parameters[0].standard_error > 3.0 / np.sqrt(12.0)
+    said = list(remarks(found))
+    assert any("the experiment cannot tell 1 friction" in remark for remark in said)
+    assert any("the residual hardly fell" in remark for remark in said)
+    assert calibrate(TRUTH, measured(clean, 1), free_parameters("friction", TRUTH)).untold == ()
+
+
+def delayed(trial: Trial, delay: float, bias: float = 0.0) -> Trial:
+    """The force comes into the log so late, and with a bias."""
+    force, *angles = trial.observations
+    kept = force.time + delay < MOTION.time[-1]
+    late = replace(
+        force,
+        time=force.time[kept] + delay,
+        value=force.value[kept] + bias,
+        width=force.width[kept],
+    )
+    return replace(trial, observations=(late, *angles))
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.2, -0.1])
+def test_force_that_is_late_is_noted_and_found(clean, delay: float) -> None:
+    trial = delayed(measured(clean, 1), delay)
+    alone = calibrate(TRUTH, trial, free_parameters("friction", TRUTH))
+    (said,) = [remark for remark in remarks(alone) if "the force seems to come" in remark]
+    assert ("ms late" in said) == (delay > 0.0)
+    both = calibrate(TRUTH, trial, free_parameters("friction,force_delay,force_bias", TRUTH))
+    for fitted, true in zip(both.parameters, (0.6, delay, 0.0), strict=True):
+        assert abs(fitted.value - true) < 4.0 * fitted.standard_error, fitted
+    assert both.parameters[1].standard_error < 0.01
+    assert not any("seems to come" in remark for remark in remarks(both))
+
+
+def test_biases_are_found(clean) -> None:
+    trial = delayed(measured(clean, 2), 0.0, bias=0.05)
+    force, left, right = trial.observations
+    tilted = tuple(replace(o, value=o.value + np.radians(2.0)) for o in (left, right))
+    trial = replace(trial, observations=(force, *tilted))
+    found = calibrate(TRUTH, trial, free_parameters("friction,force_bias,angle_bias", TRUTH))
+    for fitted, true in zip(found.parameters, (0.6, 0.05, np.radians(2.0)), strict=True):
+        assert abs(fitted.value - true) < 4.0 * fitted.standard_error, fitted
+
+
+def test_on_time_signals_are_not_noted(clean) -> None:
+    found = calibrate(TRUTH, measured(clean, 3), free_parameters("friction", TRUTH))
+    assert {delay.name for delay in found.delays} == {"force_delay", "angle_delay"}
+    assert not any("seems to come" in remark for remark in remarks(found))
+
+
+def test_directions_are_those_of_the_covariance(clean) -> None:
+    scene, free = wrong()
+    found = calibrate(scene, measured(clean, 1), free)
+    assert [d.singular_value for d in found.directions] == sorted(
+        (d.singular_value for d in found.directions), reverse=True
+    )
+    assert all(np.linalg.norm(d.shares) == pytest.approx(1.0) for d in found.directions)
+    rooms = np.array([f.free.upper - f.free.lower for f in found.parameters])
+    errors = np.array([f.standard_error for f in found.parameters]) / rooms
+    total = sum(d.standard_error**2 for d in found.directions)
+    assert total == pytest.approx(float(errors @ errors), rel=1e-9)
+
+
+def test_signal_that_the_model_does_not_explain_is_named(clean) -> None:
+    """φ left of a camera that shows something else."""
+    trial = measured(clean, 1)
+    force, left, right = trial.observations
+    other = replace(left, value=left.value + 0.2 * np.sin(3.0 * left.time))
+    trial = replace(trial, observations=(force, other, right))
+    said = list(remarks(calibrate(TRUTH, trial, free_parameters("friction", TRUTH))))
+    assert [r for r in said if "does not explain" in r and "φ left" in r]
+    assert not [r for r in said if "does not explain" in r and "φ right" in r]
 
 
 def test_stated_uncertainties_carry_over_to_a_single_reading() -> None:

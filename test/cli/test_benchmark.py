@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from click.testing import CliRunner
+from patience import patience
 
 from hma_gripper_benchmarks import (
     against_dense,
@@ -147,6 +148,10 @@ def test_the_command_imports_nothing_heavy():
     )
     script = "import sys; import hma_gripper_sim; before = set(sys.modules); " + script
     done = subprocess.run(
-        [sys.executable, "-c", script], check=True, capture_output=True, text=True, timeout=120
+        [sys.executable, "-c", script],
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=patience(120.0),
     )
     assert done.stdout.strip() == "[]"

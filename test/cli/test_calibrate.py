@@ -51,6 +51,8 @@ def test_the_friction_of_a_log_is_found(cup: Path, tmp_path: Path) -> None:
     assert found["converged"]
     friction = found["parameters"]["friction"]
     assert friction["start"] == 0.5
+    assert found["start"]["Friction"] == "0.5"
+    assert found["version"].startswith("hma_gripper_sim ")
     assert friction["value"] == pytest.approx(0.7, abs=2e-3)
     force = found["signals"]["actuator_force"]
     assert force["rmse_after"] < 0.02 * force["rmse_before"]
@@ -84,3 +86,22 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert said in result.stderr
     assert result.stderr.startswith("error: ")
     assert result.stderr.count("\n") == 1
+
+
+def test_what_the_experiment_cannot_tell_is_refused(cup: Path, tmp_path: Path) -> None:
+    """The bounds are so narrow that they say more than the log; the tables show it."""
+    text = cup.read_text().replace("path: log", f"path: {cup.parent / 'log'}")
+    noisy = tmp_path / "noisy.yaml"
+    noisy.write_text(text)
+    file = tmp_path / "found.json"
+    result = run(noisy, "--free", "mu", "--bound", "mu=0.4999..0.5001", "--json", file)
+    assert result.exit_code == 2, result.output
+    assert "Identifiability" in result.output
+    assert "the experiment cannot tell friction: the standard error is comparable" in result.stderr
+    assert json.loads(file.read_text())["parameters"]["friction"]["told"] is False
+
+
+def test_log_in_place_of_an_experiment_is_pointed_out(cup: Path) -> None:
+    result = run(cup.parent / "log", "--free", "mu")
+    assert result.exit_code == 2
+    assert "is a log: wanted is an experiment file (YAML), with a scene and 'log:" in result.stderr

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner, Result
+from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import config_directory
 from hma_gripper_sim.bags.log_metadata import REMARKS_KEY, remarks_text
+from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.comparison.html_page import html_page
 from hma_gripper_sim.comparison.log_comparison import compare_files
+from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+T = STORE.types
+START = 1_700_000_000_000_000_000
 
 WriteLog = Callable[..., Path]
 
@@ -172,3 +182,104 @@ def test_a_plan_is_nothing_to_compare_with(write_log: WriteLog) -> None:
     result = run(write_log("log"), plan)
     assert result.exit_code == 2
     assert "only planned" in result.stderr
+
+
+def recorded(folder: Path, name: str, force: Callable[[float], float], kept: Any = None) -> Path:
+    """A log of 14 s at 100 Hz: down to 28 mm and back, and a force as a function of time."""
+    path = folder / name
+    header, vector = T["std_msgs/msg/Header"], T["geometry_msgs/msg/Vector3"]
+    with LogWriter(path, (JOINT_STATES, ACTUATOR_WRENCH, PHI)) as log:
+        for i in range(1400):
+            time = 0.01 * i
+            if kept is not None and not kept(time):
+                continue
+            stamp = START + i * 10_000_000
+            head = header(T["builtin_interfaces/msg/Time"](*divmod(stamp, 10**9)), "")
+            travel = np.array([0.004 * min(time, 14.0 - time), 0.0])
+            none = np.zeros(2)
+            joints = T["sensor_msgs/msg/JointState"](head, ["slide", "a"], travel, none, none)
+            wrench = T["geometry_msgs/msg/Wrench"](vector(0, 0, force(time)), vector(0, 0, 0))
+            stamped = T["geometry_msgs/msg/WrenchStamped"](head, wrench)
+            angles = T["sensor_msgs/msg/JointState"](
+                head, ["phi_left", "phi_right"], np.full(2, 1.7), none, none
+            )
+            for topic, message in (
+                (JOINT_STATES, joints),
+                (ACTUATOR_WRENCH, stamped),
+                (PHI, angles),
+            ):
+                log.write(topic.name, stamp, bytes(STORE.serialize_cdr(message, topic.msgtype)))
+    return path
+
+
+def bump(time: float) -> float:
+    return math.sin(time / 14.0 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("force", "kept", "covered"),
+    [
+        (bump, lambda time: time < 0.25, "1.72 %"),
+        (bump, lambda time: time < 0.015, "0.0715 %"),
+        (bump, lambda time: not 2.0 < time < 12.0, "28.5 %"),
+        (lambda time: bump(time) if time < 0.5 else math.nan, None, "3.5 %"),
+    ],
+    ids=["0.25 s", "two ticks", "a hole", "NaN"],
+)
+def test_bound_on_what_is_not_covered_is_not_kept(
+    tmp_path: Path, force: Any, kept: Any, covered: str
+) -> None:
+    """The simulated values are right wherever there are any."""
+    whole = recorded(tmp_path, "whole", bump)
+    stub, json_file, html_file = tmp_path / "stub", tmp_path / "r.json", tmp_path / "r.html"
+    recorded(tmp_path, "stub", force, kept)
+    options = ("--max-error", "force=2%")
+    result = run(stub, whole, *options, "--json", json_file, "--html", html_file)
+    assert result.exit_code == 1, result.output
+    assert "NO: not covered" in result.output
+    assert covered in result.output
+    (bound,) = json.loads(json_file.read_text())["bounds"]
+    assert (bound["inside"], bound["covers"], bound["largest"] < 1e-9) == (False, False, True)
+    assert f"{100.0 * bound['coverage']:.3g} %" == covered
+    assert "NO: not covered" in html_file.read_text()
+    assert run(whole, whole, *options).exit_code == 0
+    assert run(stub, whole, *options, "--min-coverage", "0.01%").exit_code == (
+        1 if covered == "28.5 %" else 0
+    )
+
+
+def test_bound_relative_to_0_is_refused(tmp_path: Path) -> None:
+    simulated = recorded(tmp_path, "simulated", bump)
+    dead = recorded(tmp_path, "dead", lambda time: 0.0)
+    result = run(simulated, dead, "--max-error", "force=2%")
+    assert result.exit_code == 2
+    assert "error: " in result.output
+    assert "--max-error actuator_force: the measured signal is 0 throughout" in result.output
+    assert run(dead, dead, "--max-error", "force=0.1N").exit_code == 0
+
+
+def test_tables_are_not_cut_where_the_line_is_short(
+    write_log: WriteLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Large numbers, on a terminal of 40 columns and in a pipe."""
+    new, old = write_log("new", phi_offset=100.0), write_log("old")
+    for columns in ("40", "80", "300"):
+        monkeypatch.setenv("COLUMNS", columns)
+        output = run(new, old).output
+        assert "…" not in output
+        assert "5729.578" in output
+
+
+def test_report_says_what_was_simulated(tmp_path: Path) -> None:
+    json_file, html_file = tmp_path / "r.json", tmp_path / "r.html"
+    log = Path(__file__).parents[1] / "data" / "golden" / "box"
+    run(log, log, "--json", json_file, "--html", html_file)
+    report = json.loads(json_file.read_text())
+    assert report["simulation"]["Friction"] == "0.6"
+    assert report["simulation"]["Object"].startswith("box (")
+    assert {"Clearance", "Design", "Tolerance", "Discretisation"} <= set(report["simulation"])
+    assert report["version"].startswith("hma_gripper_sim ")
+    page = html_file.read_text()
+    for term, text in report["simulation"].items():
+        assert f"<dt>{term}</dt><dd>{text}</dd>" in page
+    assert report["version"] in page

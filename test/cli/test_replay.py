@@ -14,12 +14,13 @@ from click.testing import CliRunner, Result
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.device.topics import CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.replay.simulated_log import Replay
-from hma_gripper_sim.replay.simulated_settings import logged_parameters, metadata
+from hma_gripper_sim.replay.simulated_settings import metadata
 from hma_gripper_sim.replay.tick_messages import contour_message
 
 Run = Callable[..., Result]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.comparison.alignment import align_recordings, best_offset
+from hma_gripper_sim.comparison.alignment import align_recordings, best_offset, estimated_delay
 from hma_gripper_sim.recordings.recording import Recording, Series
 
 START = 1_700_000_000_000_000_000
@@ -72,3 +72,16 @@ def test_what_cannot_be_matched_is_refused() -> None:
     blind = Recording("blind", {"phi_left": Series(time, time)}, 0)
     with pytest.raises(InputError, match="blind: travel: no such signal"):
         align_recordings(blind, moving)
+
+
+@pytest.mark.parametrize("delay", [0.5, 0.1, 0.05, -0.3])
+def test_signal_that_is_late_is_told(delay: float) -> None:
+    time = np.arange(0.0, 14.0, 0.01)
+    force = np.maximum(0.0, np.sin(0.5 * time)) ** 3
+    late = Series(time + delay, force + np.random.default_rng(1).normal(0.0, 0.01, time.size))
+    found = estimated_delay(Series(time, force), late)
+    assert found is not None
+    assert found[0] == pytest.approx(delay, abs=5e-3)
+    assert found[1] < 0.8
+    assert estimated_delay(Series(time, force), Series(time, force)) == (0.0, 1.0)
+    assert estimated_delay(Series(time[:200], force[:200]), late) is None

@@ -8,6 +8,7 @@ import pytest
 
 from hma_gripper_sim import InputError
 from hma_gripper_sim.comparison.bounds import Bound, Verdict, read_bound
+from hma_gripper_sim.comparison.coverage import Coverage
 
 
 @pytest.mark.parametrize(
@@ -38,3 +39,13 @@ def test_others_are_refused_by_name(text: str) -> None:
 def test_nan_keeps_no_bound() -> None:
     assert Verdict(Bound("travel", 1.0, False), 1.0).inside
     assert not Verdict(Bound("travel", 1.0, False), math.nan).inside
+
+
+def test_bound_is_kept_only_where_enough_is_covered() -> None:
+    bound = Bound("travel", 1.0, False)
+    part = Coverage(share=0.5, largest_gap=0.0, span=10.0)
+    assert not Verdict(bound, 0.0, part).inside
+    assert Verdict(bound, 0.0, part, least=0.5).inside
+    holed = Coverage(share=0.97, largest_gap=0.3, span=10.0)
+    assert not Verdict(bound, 0.0, holed).inside
+    assert Verdict(bound, 0.0, holed).cells()[3:] == ("97 %", "0.3 s", "NO: not covered")

@@ -9,8 +9,10 @@ import pytest
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
 from hma_gripper_sim.device.arbitration import (
     MAX_AHEAD_NS,
+    MAX_WAIT_NS,
     Arbiter,
     OutdatedError,
+    PositionCommand,
     SourceCounts,
     TrajectoryCommand,
     VelocityCommand,
@@ -72,6 +74,10 @@ def test_the_last_source_that_sent_is_in_charge(drive, arbiter):
         (VelocityCommand(0.01, NOW + MAX_AHEAD_NS + 1), SourceCounts(outdated=1)),
         (VelocityCommand(0.01, -1), SourceCounts(outdated=1)),
         (TrajectoryCommand(to(0.01, 1.0), NOW - 2 * SECOND), SourceCounts(outdated=1)),
+        # Of another clock: of the wall where this one is simulated.
+        (TrajectoryCommand(to(0.01, 1.0), 1_700_000_000 * SECOND), SourceCounts(outdated=1)),
+        (PositionCommand(math.nan), SourceCounts(rejected=1)),
+        (PositionCommand(0.01, NOW + MAX_AHEAD_NS + 1), SourceCounts(outdated=1)),
     ],
 )
 def test_what_cannot_be_used_is_counted_and_changes_nothing(drive, arbiter, command, counts):
@@ -81,6 +87,31 @@ def test_what_cannot_be_used_is_counted_and_changes_nothing(drive, arbiter, comm
         arbiter.take("b", command, NOW)
     assert drive.status() == before
     assert arbiter.counts == {"a": SourceCounts(1), "b": counts}
+
+
+def test_a_trajectory_may_wait_for_a_minute(drive, arbiter):
+    arbiter.take("a", TrajectoryCommand(to(0.01, 1.0), NOW + MAX_WAIT_NS), NOW)
+    assert drive.status().following
+
+
+def test_while_ticks_are_made_up_the_senders_clock_is_ahead(arbiter):
+    """A command stamped with the last /clock, while the state is still a step of it behind."""
+    clock = NOW + 2 * SECOND
+    with pytest.raises(OutdatedError, match="future"):
+        arbiter.take("a", VelocityCommand(0.01, clock), NOW)
+    arbiter.take("a", VelocityCommand(0.01, clock), NOW, lag=clock - NOW)
+    arbiter.take("a", VelocityCommand(0.01, clock), NOW, lag=clock - NOW)
+
+
+def test_a_position_is_gone_to_and_kept(drive, arbiter):
+    arbiter.take("a", PositionCommand(0.01), NOW)
+    states = [drive.tick() for _ in range(200)]
+    assert states[-1].travel == pytest.approx(0.01, abs=1e-12)
+    assert states[-1].velocity == pytest.approx(0.0, abs=1e-9)
+    assert max(state.travel for state in states) < 0.01 + 1e-12  # without overshoot
+    assert max(state.velocity for state in states) == 0.05
+    assert drive.status().source == "a"
+    assert not drive.status().stale
 
 
 def test_a_source_whose_stamps_run_back_is_out_of_order(arbiter):

@@ -214,10 +214,11 @@ def test_a_command_beyond_the_velocity_limit_is_clamped_and_said(sign):
     assert drive.status().clamps == 1
 
 
-def through(*rows):
+def through(*rows, moving_end=False):
     """A trajectory through (time, position, velocity)."""
     names = ("time", "position", "velocity")
-    return Trajectory([WayPoint(**dict(zip(names, row, strict=False))) for row in rows])
+    points = [WayPoint(**dict(zip(names, row, strict=False))) for row in rows]
+    return Trajectory(points, moving_end=moving_end)
 
 
 @pytest.mark.parametrize("period", [0.001, 0.01, 0.02])
@@ -240,6 +241,40 @@ def test_a_trajectory_is_followed_tick_by_tick(period):
     assert states[-1].velocity == 0.0
     assert not drive.status().stale  # it needs no renewal
     assert drive.status().following
+
+
+def test_a_stream_of_trajectories_that_end_in_motion_is_one_motion():
+    drive = make_drive()
+    for i in range(50):  # each is replaced halfway
+        drive.follow(through((0.2, 0.004 * (0.1 * i + 0.2), 0.004), moving_end=True))
+        states = ticks(drive, 10)
+        if i > 2:  # what the first ramp has cost is made up
+            assert [s.velocity for s in states] == pytest.approx([0.004] * 10, rel=0.02)
+    assert states[-1].travel == pytest.approx(0.004 * 5.0, abs=1e-6)
+    # Nothing follows: at the end it brakes, which takes a way, and returns.
+    after = ticks(drive, 100)
+    assert max(s.travel for s in after) > 0.0204 + 1e-6
+    assert after[-1].travel == pytest.approx(0.0204, abs=TRAVEL_RESOLUTION)
+    assert after[-1].velocity == 0.0
+
+
+def test_positions_sent_at_every_tick_are_tracked_without_a_ripple():
+    drive = make_drive()
+    states = []
+    for i in range(300):
+        drive.go_to(0.004 * PERIOD * (i + 1))
+        states += ticks(drive, 1)
+    assert [s.velocity for s in states[50:]] == pytest.approx([0.004] * 250, abs=1e-9)
+    assert all(
+        abs(s.travel - 0.004 * PERIOD * (i + 1)) < 0.004 * PERIOD for i, s in enumerate(states)
+    )
+
+
+def test_a_position_beyond_the_travel_limits_ends_at_them():
+    drive = make_drive()
+    drive.go_to(1.0)
+    assert ticks(drive, 200)[-1].travel == pytest.approx(0.03, abs=TRAVEL_RESOLUTION)
+    assert drive.status().at_limit
 
 
 def test_velocities_alone_are_the_same_motion_as_velocity_commands():

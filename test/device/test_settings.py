@@ -27,7 +27,7 @@ def flattened(mapping, prefix=""):
 
 def test_the_defaults_are_the_scenes_of_the_thesis():
     scenes = Settings.parse({}).scenes
-    assert set(scenes) == {"box", "cylinder"}
+    assert set(scenes) == {"box", "cylinder", "wedge"}
     assert scenes["box"].contour == RoundedBox(0.028, 0.028, 0.002)
     assert scenes["box"].clearance == 0.004
     assert scenes["cylinder"].contour == Circle(0.015)
@@ -42,7 +42,7 @@ def test_the_shipped_file_states_every_default():
     assert {name: shipped[name] for name in shipped if name not in contours} == {
         name: field.default for name, field in FIELDS.items()
     }
-    assert contours.items() >= DEFAULT_CONTOURS.items()
+    assert contours == DEFAULT_CONTOURS
     assert isinstance(Settings.parse(shipped).scenes["wedge"].contour, Polygon)
 
 
@@ -60,6 +60,13 @@ def test_whole_numbers_and_texts_with_units_become_si_floats():
     assert settings.values["travel_max"] == pytest.approx(0.025)
     assert settings.period_ns == 20_000_000
     assert settings.period == 0.02
+
+
+@pytest.mark.parametrize("prefix", ["2_", "a b", "left/", "<"])
+def test_a_prefix_that_no_name_can_begin_with_is_refused(prefix):
+    assert Settings.parse({"prefix": "left_"}).prefix == "left_"
+    with pytest.raises(InputError, match="prefix: must be of letters, digits and _"):
+        Settings.parse({"prefix": prefix})
 
 
 def test_a_period_is_a_whole_number_of_nanoseconds():

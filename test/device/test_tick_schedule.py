@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hma_gripper_sim.device.tick_schedule import Timeline
+from hma_gripper_sim.device.tick_schedule import MAX_SIMULATED_LAG_NS, Timeline
 
 MS = 1_000_000
 START = 5_000 * MS
@@ -82,6 +82,40 @@ def test_a_large_lag_leaves_no_jump_in_the_stamps_at_other_factors():
     timeline.advance(START + 500 * MS, moved=True)
     assert timeline.overruns == 1
     assert timeline.stamp == START + 10 * MS
+
+
+@pytest.mark.parametrize("step", [125, 1_000, 9_000])
+def test_on_a_simulated_clock_all_ticks_that_have_come_due_are_made(step):
+    timeline = started()
+    timeline.max_lag = MAX_SIMULATED_LAG_NS
+    ticks = 0
+    for now in range(START, START + 20 * step * MS, step * MS):
+        while timeline.until_due(now) <= 0:
+            timeline.advance(now, moved=True)
+            ticks += 1
+            assert timeline.accounted(now) <= now
+    assert ticks == 19 * step // 10 + 1
+    assert timeline.stamp == START + 10 * (ticks - 1) * MS
+    assert timeline.overruns == 0
+
+
+def test_a_simulated_clock_that_jumps_far_starts_the_timeline_anew():
+    timeline = started()
+    timeline.max_lag = MAX_SIMULATED_LAG_NS
+    now = run(timeline, 1, START) + 3_600_000 * MS
+    timeline.advance(now, moved=True)
+    assert timeline.overruns == 1
+    assert timeline.stamp == now
+    assert timeline.until_due(now) == 10 * MS
+
+
+def test_while_ticks_are_made_up_the_present_is_that_of_the_state():
+    timeline = started()
+    timeline.max_lag = MAX_SIMULATED_LAG_NS
+    run(timeline, 1, START)
+    now = START + 2_000 * MS
+    timeline.advance(now, moved=True)
+    assert timeline.present(now) == timeline.stamp == START + 10 * MS
 
 
 @pytest.mark.parametrize("factor", [1.0, 4.0, 0.0])

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from patience import patience
 
 from hma_gripper_sim import GripperDesign, RoundedBox, Scene, simulate
 from hma_gripper_sim.analysis import cantilever_deflection
@@ -46,7 +47,11 @@ def test_plain_python_gives_the_same_results() -> None:
     if not COMPILED:
         pytest.skip("numba is missing or switched off: there is nothing to compare with")
     run = subprocess.run(
-        [sys.executable, "-c", PLAIN], capture_output=True, text=True, check=True, timeout=300
+        [sys.executable, "-c", PLAIN],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=patience(300.0),
     )
     plain = json.loads(run.stdout)
     assert plain["compiled"] is False

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.device.drive import Drive
-from hma_gripper_sim.kernels.drive_profile import Axis, drive_profile, settle_commands
+from hma_gripper_sim.kernels.drive_profile import drive_profile, settle_commands
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 
 FAR = Scene(
@@ -34,19 +34,8 @@ COMMANDS = st.lists(
 
 def profile(commands, period):
     travel, velocity = np.zeros((2, len(commands) + 1))
-    drive_profile(axis(period), np.array(commands), travel, velocity)
+    drive_profile(LIMITS.axis(period), np.array(commands), travel, velocity)
     return travel, velocity
-
-
-def axis(period):
-    return Axis(
-        LIMITS.max_velocity,
-        LIMITS.max_acceleration * period,
-        LIMITS.travel_min,
-        LIMITS.travel_max,
-        LIMITS.timeout_ticks(period),
-        period,
-    )
 
 
 @settings(max_examples=25, deadline=None)
@@ -76,7 +65,7 @@ def settled(commands: list[float], logged: list[int], noise: float = 0.0) -> tup
     way = np.diff(travel) + noise * np.cos(np.arange(len(commands)))
     values = np.array([c for c in commands if not math.isnan(c)])
     taken = np.array(logged, dtype=np.int64)
-    moved = settle_commands(axis(0.01), 0.0, 0.0, way, values, 2, 9, 10, 1e-10, taken)
+    moved = settle_commands(LIMITS.axis(0.01), 0.0, 0.0, way, values, 2, 9, 10, 1e-10, taken)
     return moved, taken.tolist()
 
 

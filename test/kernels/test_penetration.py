@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.kernels.penetration import deepest_penetration, place_tip, tip_gap
+from hma_gripper_sim.kernels.kinematics import place_tip
+from hma_gripper_sim.kernels.penetration import deepest_penetration, tip_gap
 
 DISCRETISATIONS = ("thesis", "midpoint", "gauss")
 CONTACTS = ("continuous", "sampled")

@@ -75,6 +75,15 @@ def test_velocities_alone_are_integrated_from_where_the_joint_is():
     assert late.at(0.9) == pytest.approx((0.003 + 0.006, 0.0), abs=1e-12)
 
 
+def test_a_moving_end_is_for_those_who_allow_it():
+    rows = points((0.0, 0.0, 0.0), (1.0, 0.01, 0.01))
+    with pytest.raises(InputError, match="allow_nonzero_velocity_at_trajectory_end"):
+        Trajectory(rows)
+    spline = Trajectory(rows, moving_end=True).spline(0.0, 0.0, 0.0)
+    assert spline.at(0.999999)[1] == pytest.approx(0.01, abs=1e-6)
+    assert spline.at(1.0) == (0.01, 0.0)
+
+
 @pytest.mark.parametrize(
     ("rows", "field", "reason"),
     [

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from patience import patience
 
 from hma_gripper_sim.ros.node_process import private_ros_domain
 
 NODE = "/hma_gripper_sim"
-PATIENCE = 10.0  # s, for anything that happens soon
-START_PATIENCE = 120.0  # s, where kernels may have to be compiled first
+PATIENCE = patience(20.0)  # s, for anything that happens soon
+START_PATIENCE = patience(120.0)  # s, where kernels may have to be compiled first
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ class Graph(NamedTuple):
 class Client:
     """Listens to a node, and talks to it."""
 
-    def __init__(self, process: NodeProcess) -> None:
+    def __init__(self, process: NodeProcess, *, ticking: bool = True) -> None:
         import rclpy
         from geometry_msgs.msg import WrenchStamped
         from rclpy.executors import SingleThreadedExecutor
@@ -124,6 +125,7 @@ class Client:
         self._velocity = self._node.create_publisher(Float64, f"{NODE}/cmd_velocity", 1)
         self._clock = self._node.create_publisher(Clock, "/clock", 1)
         self._publishers: dict[str, Any] = {}
+        self._others: list[Any] = []
         self._clients: dict[str, Any] = {}
         self.joints: list[Any] = []
         self.wrenches: list[Any] = []
@@ -145,9 +147,7 @@ class Client:
             self._node.create_subscription(kind, topic, record, qos)
         self.wait(
             lambda: (
-                self.joints
-                and self.wrenches
-                and self.phi
+                ((self.joints and self.wrenches and self.phi) or not ticking)
                 and self.contours
                 and self._velocity.get_subscription_count()
             )
@@ -155,7 +155,8 @@ class Client:
 
     def close(self) -> None:
         self._executor.shutdown()
-        self._node.destroy_node()
+        for node in (*self._others, self._node):
+            node.destroy_node()
         self._context.try_shutdown()
 
     def wait(self, condition: Callable[[], Any], patience: float = PATIENCE) -> None:
@@ -273,6 +274,17 @@ class Client:
         self._node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
+    def publisher(self, kind: Any, topic: str, qos: Any = 1, *, of: str = "") -> Any:
+        """Return a publisher that the node listens to, of another ROS node if a name is given."""
+        import rclpy
+
+        node = rclpy.create_node(of, context=self._context) if of else self._node
+        if of:
+            self._others.append(node)
+        publisher = node.create_publisher(kind, topic, qos)
+        self.wait(publisher.get_subscription_count)
+        return publisher
+
     def use_sim_time(self) -> None:
         """Take the time from /clock."""
         from rclpy.parameter import Parameter
@@ -304,11 +316,14 @@ class Client:
 
 @pytest.fixture
 def connect() -> Iterator[Callable[[NodeProcess], Client]]:
-    """Connect a client to a node that has been started, and wait until it publishes."""
+    """Connect a client to a node that has been started, and wait until it publishes.
+
+    A node that is not ticking, because it waits for its clock, publishes no states.
+    """
     clients: list[Client] = []
 
-    def make(process: NodeProcess) -> Client:
-        clients.append(Client(process))
+    def make(process: NodeProcess, *, ticking: bool = True) -> Client:
+        clients.append(Client(process, ticking=ticking))
         return clients[-1]
 
     yield make

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from patience import patience
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
@@ -25,7 +26,7 @@ from hma_gripper_sim.experiments.experiment_file import read_experiment
 from hma_gripper_sim.recordings.reading import read_recording
 
 OBJECTS = ("box", "cylinder")
-PATIENCE = 120.0  # s; the node may have to compile its kernels first
+PATIENCE = patience(120.0)  # s; the node may have to compile its kernels first
 WEIGHT = 0.0444427  # N
 
 
@@ -213,7 +214,7 @@ def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Path, int]]
     )
     log = report / "thesis_2013_box" / "log"
     try:
-        wait(lambda: demo.poll() is not None or log.exists(), PATIENCE)
+        wait(lambda: demo.poll() is not None or log.exists())
         assert demo.poll() is None
         (node,) = nodes(report)
         yield demo, report, node
@@ -224,8 +225,8 @@ def running(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Path, int]]
             os.kill(left_over, signal.SIGKILL)
 
 
-def wait(condition: Callable[[], bool], patience: float) -> None:
-    deadline = time.monotonic() + patience
+def wait(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, "waited in vain"
         time.sleep(0.02)

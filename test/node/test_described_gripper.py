@@ -14,12 +14,11 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 from visualization_msgs.msg import MarkerArray
 
-yourdfpy = pytest.importorskip("yourdfpy")
-
 
 def test_joint_states_move_the_links_to_where_the_node_draws_the_gripper(
     start_node, connect, tmp_path
 ):
+    yourdfpy = pytest.importorskip("yourdfpy")
     parameters = tmp_path / "node.yaml"
     parameters.write_text(
         "/**: {ros__parameters: {discretisation: midpoint, elements_beam: 5, command_timeout: 0.0,"

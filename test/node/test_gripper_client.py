@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import time
 from contextlib import suppress
-from threading import Thread
+from threading import Event, Thread
 
 import pytest
+from patience import patience
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
@@ -21,7 +22,7 @@ from hma_gripper_sim.ros import (
     GripperTimeoutError,
 )
 
-PATIENCE = 10.0
+PATIENCE = patience(20.0)  # s
 
 
 def test_a_pick(start_node):
@@ -137,6 +138,125 @@ def test_an_exception_in_the_block_stops_the_gripper(start_node, connect):
     client.wait(lambda: client.joints[-1].position[0] >= 0.001)
     client.wait(lambda: client.joints[-1].velocity[0] == 0.0)
     assert client.joints[-1].position[0] < 0.02
+
+
+@pytest.fixture
+def beside(domain):
+    """Someone else's node, that publishes from a thread what it is given to publish."""
+    context = rclpy.Context()
+    context.init()
+    node = rclpy.create_node("beside", context=context)
+    ended = Event()
+    threads = []
+
+    def start(kind, topic, message):
+        publisher = node.create_publisher(kind, topic, 10)
+
+        def publish():
+            while not ended.wait(0.002):
+                publisher.publish(message())
+
+        threads.append(Thread(target=publish))
+        threads[-1].start()
+        return publisher
+
+    yield start
+    ended.set()
+    for thread in threads:
+        thread.join()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.mark.parametrize("numbers", [{}, {"velocity": [0.0], "effort": [0.0]}])
+def test_others_that_publish_the_joint_are_not_taken_for_the_node(start_node, beside, numbers):
+    """A joint_state_publisher stands beside the node, with the gripper at 0 for ever."""
+    from sensor_msgs.msg import JointState
+
+    process = start_node()
+    process.wait_until_ready()
+    publisher = beside(
+        JointState,
+        "/joint_states",
+        lambda: JointState(name=["slide"], position=[0.0], **numbers),
+    )
+    with GripperClient() as gripper:
+        end = time.monotonic() + PATIENCE
+        while not publisher.get_subscription_count():
+            assert time.monotonic() < end, "they have not found each other"
+            time.sleep(0.01)
+        gripper.move_to(0.01, speed=0.05)
+        seen = []
+        gripper.wait_for(lambda state: seen.append(state) or len(seen) > 50)
+        assert {state.travel for state in seen} == {gripper.state.travel}
+        for _ in range(4):
+            gripper.move(0.002, speed=0.05)
+        gripper.hold(0.1)
+        assert gripper.state.travel == pytest.approx(0.018, abs=1e-9)
+        assert gripper.state.force != 0.0
+
+
+def test_of_two_nodes_of_one_name_it_follows_neither(start_node):
+    first, second = start_node(), start_node()
+    first.wait_until_ready()
+    second.wait_until_ready()
+    several = "several nodes are called /hma_gripper_sim"
+    with GripperClient(patience=1.0) as gripper:
+
+        def noticed():
+            try:
+                gripper.wait_for_node(PATIENCE)
+                gripper.hold(1.0)
+            except GripperError as error:
+                return several in str(error)
+            return False
+
+        end = time.monotonic() + PATIENCE
+        while not noticed():
+            assert time.monotonic() < end, "the second node has not been noticed"
+
+
+@pytest.mark.parametrize(
+    "wait",
+    [
+        lambda gripper: gripper.hold(1.5),
+        lambda gripper: gripper.wait_for_force(at_least=5.0, timeout=2.0),
+        lambda gripper: gripper.move(0.01, speed=0.01),
+    ],
+)
+def test_a_clock_that_is_set_back_ends_a_wait(start_node, beside, wait):
+    from rclpy.time import Time
+    from rosgraph_msgs.msg import Clock
+
+    process = start_node(use_sim_time=True)
+    process.wait_until_ready()
+    clock = [100.0]
+
+    def tick():
+        clock[0] += 0.005
+        return Clock(clock=Time(nanoseconds=round(1e9 * clock[0])).to_msg())
+
+    beside(Clock, "/clock", tick)
+    waited_from = []
+
+    def set_back():
+        if waited_from and clock[0] > waited_from[0] + 0.5:
+            clock[0] = waited_from.pop() - 99.0
+
+    with GripperClient(check=set_back) as gripper:
+        gripper.wait_for_node(PATIENCE)
+        waited_from.append(clock[0])
+        with pytest.raises(GripperError, match="time ran back from 1"):
+            wait(gripper)
+        gripper.hold(0.2)  # and goes on from there
+
+
+def test_with_a_prefix_it_finds_the_joint_on_its_own(start_node):
+    process = start_node(prefix="left_", real_time_factor=2.0)
+    process.wait_until_ready()
+    with GripperClient() as gripper:
+        gripper.move_to(0.003, speed=0.02)
+        assert gripper.state.travel == pytest.approx(0.003, abs=1e-9)
 
 
 @pytest.fixture

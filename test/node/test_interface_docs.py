@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from patience import patience
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
@@ -26,7 +27,7 @@ POLICY = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
 
 def test_the_files_are_what_the_command_writes(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "hma_gripper_sim.ros.interface_docs", str(tmp_path)]
-    subprocess.run(command, check=True, timeout=120)
+    subprocess.run(command, check=True, timeout=patience(120.0))
     for path in ("docs/ros_interface.md", "config/sros2/policy.xml"):
         assert (tmp_path / path).read_text() == (ROOT / path).read_text(), (
             f"run `make docs`: {path}"

@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
+from patience import patience
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.comparison.log_comparison import compare_recordings
 from hma_gripper_sim.device.topics import CMD_VELOCITY, NODE
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
 from hma_gripper_sim.recordings.recording import Recording, Series
-from hma_gripper_sim.replay.simulated_settings import logged_parameters
 
 GOLDEN = Path(__file__).parents[1] / "data" / "golden" / "hold"
 TICK = 10_000_000  # ns
@@ -141,7 +142,7 @@ def test_a_recorded_run_is_replayed_as_it_was(
             client.command(velocity)
         client.wait(lambda: client.joints[-1].velocity[0] == 0.0)
         recorder.send_signal(signal.SIGINT)
-        said, _ = recorder.communicate(timeout=60.0)
+        said, _ = recorder.communicate(timeout=patience(60.0))
         assert recorder.returncode == 0, said
     finally:
         recorder.kill()

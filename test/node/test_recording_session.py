@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from patience import patience
 from rosbags.rosbag2 import Reader
 
 from hma_gripper_sim import InputError
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
 
-PATIENCE = 60.0  # s
+PATIENCE = patience(60.0)  # s
 
 
 def record(*arguments: str | Path) -> subprocess.Popen[str]:

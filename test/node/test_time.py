@@ -23,6 +23,12 @@ def nanoseconds(stamp):
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
+def message_of(reports, part):
+    """What a part of the node last said on /diagnostics."""
+    found = [s for report in reports for s in report.status if s.name.endswith(f": {part}")]
+    return found[-1].message
+
+
 def step(client):
     """Call ~/step; return the stamp [ns] and the travel [m] of its answer."""
     answer = client.call("step")
@@ -102,6 +108,69 @@ def test_the_clock_it_publishes_is_simulated_time_from_zero_at_any_speed(start_n
     assert all(stamp % PERIOD_NS == 0 for stamp in stamps)
     # Whoever cannot keep up with such a speed misses some of either.
     assert len(stamps.intersection(times)) > 100
+
+
+@pytest.mark.parametrize("step", [0.125, 0.25, 1.0])
+def test_a_coarse_clock_moves_the_gripper_as_far_as_a_fine_one(start_node, connect, step):
+    """4 mm/s for 4 s; steps of a second are what a clock of 10 Hz is at ten times real time."""
+    client = connect(start_node(command_timeout=0.0))
+    assert client.set_parameter("use_sim_time", True).successful
+    client.wait(client.has_clock_subscriber)
+
+    def go_on_to(seconds):
+        now = round(1e9 * seconds)
+        client.publish_clock(now)
+        last = range(now - PERIOD_NS + 1, now + 1)
+        client.wait(lambda: client.joints and stamp_ns(client.joints[-1]) in last)
+
+    go_on_to(100.0)
+    assert client.call("reset").success
+    client.command(0.004)
+    client.clear()
+    for i in range(1, round(4.0 / step) + 1):
+        go_on_to(100.0 + i * step)
+    stamps = {stamp_ns(message) for message in client.joints}
+    assert stamps == {round(100e9) + i * PERIOD_NS for i in range(1, 401)}
+    ramp = 0.004**2 / 0.5 / 2.0  # what it takes to get up to the velocity
+    assert client.joints[-1].position[0] == pytest.approx(0.016 - ramp, abs=5e-6)
+
+
+def test_without_a_clock_it_says_so_and_reports_all_the_same(start_node, connect):
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    process = start_node(use_sim_time=True)
+    client = connect(process, ticking=False)
+    reports = client.listen(DiagnosticArray, "/diagnostics")
+    client.wait(lambda: "nothing has come on /clock" in process.output("stderr"))
+    client.wait(lambda: reports and "nothing has come on /clock" in message_of(reports, "timing"))
+
+    client.publish_clock(50_000_000_000)
+    client.wait(lambda: client.joints)
+    client.wait(lambda: "/clock stands still at 50.000 s" in process.output("stderr"))
+    client.wait(lambda: "/clock stands still at 50.000 s" in message_of(reports, "timing"))
+
+
+def test_a_second_publisher_of_the_clock_is_named(start_node, connect):
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    process = start_node(publish_clock=True)
+    client = connect(process)  # which has a publisher of the clock, too
+    reports = client.listen(DiagnosticArray, "/diagnostics")
+    text = "/clock has several publishers: /hma_gripper_sim, /test_client"
+    client.wait(lambda: text in process.output("stderr"))
+    client.wait(lambda: reports and text in message_of(reports, "graph"))
+
+
+def test_a_trajectory_of_another_clock_is_refused(start_node, connect):
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    process = start_node(publish_clock=True)
+    client = connect(process)
+    message = JointTrajectory(joint_names=["slide"])
+    message.points.append(JointTrajectoryPoint(positions=[0.01]))
+    message.header.stamp = client.now()  # of the wall
+    client.send("joint_trajectory", message)
+    client.wait(lambda: "the sender has another clock" in process.output("stderr"))
 
 
 def test_a_node_that_is_the_clock_does_not_follow_one(start_node, connect):

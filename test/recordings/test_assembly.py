@@ -25,7 +25,8 @@ def signal(name: str = "actuator_force", **entry: Any) -> Any:
 def said(values: list[float], seconds: list[float] | None = None, **samples: Any) -> Samples:
     times = seconds if seconds is not None else [0.1 * i for i in range(len(values))]
     stamps = array("q", [START + round(second * SECOND) for second in times])
-    return Samples(stamps, array("d", values), **samples)
+    logged = [np.array(samples.pop("logged", range(len(values))), dtype=np.int64)]
+    return Samples(stamps, array("d", values), logged, is_stamped=True, **samples)
 
 
 def connection(publisher: str = "1", file: str = "a.mcap", publishers: int = 1) -> Connection:
@@ -44,6 +45,16 @@ def test_unit_scale_tare_and_offset_apply_in_this_order() -> None:
     expected = -9.80665e-3 * np.array([-1.0, 1.0, 0.0, 10.0]) - 0.0444
     np.testing.assert_allclose(value, expected, rtol=1e-12)
     assert (stamps[0], stamps[-1]) == (START, START + 3 * SECOND // 10)
+
+
+def test_delay_is_taken_from_the_stamps() -> None:
+    """Of a wrench whose clock is half a second ahead."""
+    entry = signal(delay="500 ms", time="header")
+    stamps, value = assemble(entry, [(connection(), said([1.0, 2.0]))], findings())
+    assert stamps.tolist() == [START - SECOND // 2, START - SECOND // 2 + SECOND // 10]
+    assert value.tolist() == [1.0, 2.0]
+    with pytest.raises(InputError, match=r"actuator_force.delay: must be at most 3600 s"):
+        signal(delay="2 h")
 
 
 def test_two_publishers_are_refused_unless_the_map_says_which() -> None:
@@ -67,7 +78,7 @@ def test_two_publishers_are_refused_unless_the_map_says_which() -> None:
 def test_files_of_a_split_log_follow_one_another() -> None:
     parts = [
         (connection("1", "log_0.mcap"), said([1.0, 2.0])),
-        (connection("5", "log_1.mcap"), said([3.0], [0.2])),
+        (connection("5", "log_1.mcap"), said([3.0], [0.2], logged=[2])),
     ]
     assert assemble(signal(), parts, findings())[1].tolist() == [1.0, 2.0, 3.0]
 
@@ -102,12 +113,17 @@ def test_samples_that_overflow_are_not_finite() -> None:
 
 
 def test_logged_times_are_sorted_but_stamps_of_headers_are_not() -> None:
-    def part() -> Any:
-        return connection(), said([1.0, 3.0, 2.0], [0.0, 0.2, 0.1])
+    def part(*logged: int) -> Any:
+        return connection(), said([1.0, 3.0, 2.0], [0.0, 0.2, 0.1], logged=logged)
 
-    assert assemble(signal(time="log"), [part()], findings())[1].tolist() == [1.0, 2.0, 3.0]
     found = findings()
-    assert assemble(signal(), [part()], found)[1].tolist() == [1.0, 3.0]
+    assert assemble(signal(), [part(0, 2, 1)], found)[1].tolist() == [1.0, 2.0, 3.0]
+    assert found.notes == [
+        "/force: its messages lie in another order in the log than they were logged: taken as "
+        "logged"
+    ]
+    found = findings()
+    assert assemble(signal(), [part(0, 1, 2)], found)[1].tolist() == [1.0, 3.0]
     assert "1 of 3 samples left out because their time runs back" in found.notes[0]
 
 

@@ -154,9 +154,9 @@ def test_big_endian_messages_are_read(tmp_path: Path, by_mcap: Write) -> None:
             {
                 "topic": "/tf",
                 "field": "transform.translation.z",
-                "frame": {"parent": "tool", "child": "base"},
+                "frame": {"parent": "tool", "child": "gripper"},
             },
-            r"no message is about frame tool → base \(there are: base → link_0, base → link_1, "
+            r"no message is about frame tool → gripper \(there are: base → link_0, base → link_1, "
             r"base → link_2, base → tool\)",
         ),
         ({"topic": "/absent", "field": "data"}, r"no such topic in this log \(there are: /joint_"),

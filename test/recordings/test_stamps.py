@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.recordings.stamps import MAX_GAP, MAX_SETBACK, in_order, refuse_other_clocks
+from hma_gripper_sim.recordings.stamps import (
+    MAX_GAP,
+    MAX_SETBACK,
+    are_set,
+    in_order,
+    refuse_other_clocks,
+)
 
 START, SECOND = 1_700_000_000 * 10**9, 10**9  # ns
 YEAR = round(365.25 * 86_400) * SECOND
@@ -64,8 +70,39 @@ def test_single_sample_from_the_future_is_refused() -> None:
 
 
 def test_stamps_that_were_never_set_are_refused() -> None:
+    zeros = np.zeros(5, dtype=np.int64)
     with pytest.raises(InputError, match="its stamps are not set; 'time: log'"):
-        in_order(np.zeros(5, dtype=np.int64), "header")
+        are_set(zeros, stamps(0, 1, 2, 3, 4), "header")
+    assert are_set(zeros, stamps(0, 1, 2, 3, 4), "log")[0].all()
+    assert are_set(zeros, zeros, "header")[0].all()  # all of it at the beginning of simulated time
+
+
+def test_stamps_before_the_clock_came_are_left_out() -> None:
+    """Two messages with 0, then the time of a simulation that runs since 42 s."""
+    times = np.array([0, 0, 42, 43, 44]) * SECOND
+    kept, left_out = are_set(times, stamps(0, 1, 2, 3, 4), "header")
+    assert kept.tolist() == [False, False, True, True, True]
+    assert left_out == "2 of 5 samples left out because their stamp is not set (0)"
+
+
+def test_stamp_that_is_lost_in_between_is_left_out() -> None:
+    times = np.array([42, 43, 0, 44]) * SECOND
+    assert are_set(times, stamps(0, 1, 2, 3), "header")[0].tolist() == [True, True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("times", "logged"),
+    [
+        ([0.0, 0.1, 0.2, 0.3], [0.0, 0.1, 0.2, 0.3]),  # simulated time from 0 on
+        ([0.0, 0.0, 0.1, 0.2], [0.0, 50.0, 99.0, 99.1]),  # paused at 0
+        ([0.0, 5.0, 10.0, 15.0], [0.0, 0.1, 0.2, 0.3]),  # ten times as fast
+        ([0.0, 42.0], [7.0, 49.0]),  # sent twice
+    ],
+)
+def test_time_that_begins_at_0_is_kept(times: list[float], logged: list[float]) -> None:
+    kept, left_out = are_set((np.array(times) * SECOND).astype(np.int64), stamps(*logged), "header")
+    assert kept.all()
+    assert left_out is None
 
 
 def test_signals_of_different_clocks_are_refused() -> None:

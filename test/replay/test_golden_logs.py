@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.experiments.experiment_file import read_experiment
-from hma_gripper_sim.replay.simulated_settings import Parameters, logged_parameters
+from hma_gripper_sim.replay.simulated_settings import Parameters
 
 GOLDEN = Path(__file__).parents[1] / "data" / "golden"
 SCENES = sorted(path.stem for path in GOLDEN.glob("*.yaml"))

@@ -13,7 +13,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import InputError, Simulation
-from hma_gripper_sim.bags.log_metadata import read_remarks
+from hma_gripper_sim.bags.log_metadata import logged_parameters, read_remarks
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.topics import (
     ACTUATOR_WRENCH,
@@ -28,7 +28,7 @@ from hma_gripper_sim.recordings.reading import read_messages, read_recording
 from hma_gripper_sim.replay import simulated_log
 from hma_gripper_sim.replay.course import Course, commanded, measured
 from hma_gripper_sim.replay.simulated_log import Replay, replay
-from hma_gripper_sim.replay.simulated_settings import Parameters, logged_parameters
+from hma_gripper_sim.replay.simulated_settings import Parameters
 from hma_gripper_sim.simulation.companion_runs import Companions
 
 PERIOD_NS = 10_000_000

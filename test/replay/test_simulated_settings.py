@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hma_gripper_sim import Circle, InputError, Polygon, RoundedBox
+from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.experiments.experiment_file import read_experiment
 from hma_gripper_sim.experiments.node_parameters import node_parameters
 from hma_gripper_sim.replay.simulated_settings import (
@@ -15,7 +16,6 @@ from hma_gripper_sim.replay.simulated_settings import (
     assignment,
     contour_parameters,
     flat,
-    logged_parameters,
 )
 
 

@@ -20,8 +20,6 @@ from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.results.gripper_outline import gripper_outline
 from hma_gripper_sim.results.robot_description import MOUNT, gripper_urdf
 
-yourdfpy = pytest.importorskip("yourdfpy")
-
 TOLERANCE = 1e-9  # m
 
 LIMITS = DriveLimits(
@@ -55,7 +53,7 @@ def scene(request: pytest.FixtureRequest, design: GripperDesign) -> Scene:
 
 
 def load(text: str):
-    return yourdfpy.URDF.load(io.StringIO(text), load_meshes=False)
+    return pytest.importorskip("yourdfpy").URDF.load(io.StringIO(text), load_meshes=False)
 
 
 def in_plane(places) -> np.ndarray:
@@ -276,6 +274,46 @@ def test_an_arm_that_cannot_carry_it_is_refused(design, arm, parent, reason):
         gripper_urdf(Scene(design, Circle(0.015)), LIMITS, arm=arm, parent=parent)
 
 
+def test_two_grippers_with_prefixes_are_one_description(design, tmp_path):
+    """Beside an arm that has a `slide` of its own."""
+    (tmp_path / "arm.urdf").write_text(ARM.replace("shoulder", "slide"))
+    for prefix in ("left_", "right_"):
+        arm = run("--prefix", prefix, "--arm", tmp_path / "arm.urdf", "--parent", "flange")
+        assert arm.exit_code == 0, arm.output
+        (tmp_path / "arm.urdf").write_text(arm.output)
+    robot = load(arm.output)
+    names = Scene(design, Circle(0.015)).joint_names
+    assert [joint.name for joint in robot.robot.joints] == [
+        "slide",
+        *("left_gripper_mount_joint", *(f"left_{name}" for name in names)),
+        *("right_gripper_mount_joint", *(f"right_{name}" for name in names)),
+    ]
+    robot.update_cfg({"left_slide": 0.02, "right_slide": 0.01})
+    for prefix, travel in (("left_", 0.02), ("right_", 0.01)):
+        place = robot.get_transform(f"{prefix}slide_link", f"{prefix}gripper_mount")[:3, 3]
+        assert place == pytest.approx((0.0, 0.0, travel))
+    materials = [item.get("name") for item in ET.fromstring(arm.output).findall("material")]
+    assert len(set(materials)) == 2  # urdfdom refuses two of one name
+    refused = run("--prefix", "left_", "--arm", tmp_path / "arm.urdf", "--parent", "flange")
+    assert "already has a link or joint 'left_beam_left_1'" in refused.stderr
+
+
+def test_what_is_seen_can_be_collided_with(scene):
+    links = ET.fromstring(gripper_urdf(scene, LIMITS)).findall("link")
+    shapes = 0
+    for element in links:
+        parts = [
+            [
+                [ET.tostring(part).strip() for part in item if part.tag != "material"]
+                for item in kind
+            ]
+            for kind in (element.findall("visual"), element.findall("collision"))
+        ]
+        assert parts[0] == parts[1]
+        shapes += len(parts[1])
+    assert shapes > len(links)  # every link but the mount, and the tips have several
+
+
 def run(*arguments: str | Path):
     return CliRunner().invoke(cli, ["urdf", *map(str, arguments)])
 
@@ -321,6 +359,7 @@ def test_command_hangs_it_on_an_arm(tmp_path):
     [
         (["--design", "{file}"], "width: 4 mm", "{file}: material: is missing"),
         (["--discretisation", "fine"], "", "discretisation: must be one of"),
+        (["--prefix", "2 "], "", "prefix: must be of letters, digits and _"),
         (["--elements-beam", "-1"], "", "elements_beam: must be at least"),
         (["--parent", "slide_link"], "", "parent: 'slide_link' is no name"),
         (["--xyz", "0", "0", "nan", "--parent", "tool0"], "", "xyz: must be finite"),

@@ -32,6 +32,9 @@ def report(
     moved=100,
     factor=1.0,
     effort=0.0,
+    clock_elapsed=1.0,
+    clock_problem="",
+    company=(),
 ):
     """Levels and statuses by part, of a second in which so many ticks of 10 ms moved."""
     state = SIMULATION.state()
@@ -41,10 +44,11 @@ def report(
         pace.add(state, 0.002, moved=i < moved)
     message = diagnostics.report(
         Time(), status, counts or {}, SIMULATION.snapshot(), validity, pace, overruns,
-        period=0.01, factor=factor, elapsed=1.0,
+        period=0.01, factor=factor, elapsed=1.0, clock_elapsed=clock_elapsed,
+        clock_problem=clock_problem, company=company,
     )  # fmt: skip
     parts = {item.name.split(": ")[1]: item for item in message.status}
-    assert set(parts) == {"drive", "timing", "solver", "stress", "validity"}
+    assert set(parts) == {"drive", "timing", "solver", "stress", "validity", "graph"}
     return {name: item.level for name, item in parts.items()}, parts
 
 
@@ -92,6 +96,22 @@ def test_refused_commands_warn_once_and_are_counted_by_source(diagnostics):
         "5", "2", "1",
     ]  # fmt: skip
     assert report(diagnostics, counts=counts)[0]["drive"] == OK
+
+
+def test_slowness_is_counted_on_the_nodes_clock(diagnostics):
+    """A simulated clock at a tenth of real time is not the node's fault, nor is one that stands."""
+    levels, parts = report(diagnostics, moved=10, clock_elapsed=0.1)
+    assert levels["timing"] == OK
+    assert parts["timing"].message == "0.10 times real time"
+    assert report(diagnostics, moved=0, clock_elapsed=0.0)[0]["timing"] == OK
+    assert report(diagnostics, moved=100, clock_elapsed=2.0)[0]["timing"] == WARN
+
+
+def test_a_clock_that_stands_and_company_that_is_in_the_way_warn(diagnostics):
+    levels, parts = report(diagnostics, clock_problem="/clock stands", company=("a", "b"))
+    assert levels["timing"] == levels["graph"] == WARN
+    assert parts["timing"].message == "/clock stands"
+    assert values(parts["graph"])["in the way"] == "a; b"
 
 
 def test_overruns_and_slowness_warn(diagnostics):

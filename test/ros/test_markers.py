@@ -31,7 +31,7 @@ def area(triangles):
 def test_gripper_object_and_forces_are_drawn_where_they_are(design):
     scene = Scene(design, Circle(0.015), clearance=0.002, offset=0.001)
     simulation = Simulation(scene)
-    markers = MarkerMessages()
+    markers = MarkerMessages("")
     drawn = {(m.ns, m.id): m for m in markers.message.markers}
     markers.fill(scene, simulation.state(), simulation.snapshot(), 5_000_000_007)
     assert [drawn["contact_force", i].action for i in (0, 1)] == [Marker.DELETE] * 2

@@ -15,22 +15,23 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
     from rclpy.serialization import deserialize_message
     from sensor_msgs.msg import JointState
 
+    from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
     from hma_gripper_sim.ros.state_messages import StateMessages
 
     scene = Scene(GripperDesign.thesis_2013(), Circle(0.015), clearance=0.001, offset=0.001)
     simulation = Simulation(scene)
-    messages = StateMessages(scene.joint_names)
+    messages = StateMessages(scene.joint_names, "left_")
     for stamp in (1, 1_700_000_000_123_456_789):  # filled again, nothing of before is left
         simulation.step(0.1, 0.02)
         state = simulation.state()
         messages.fill(state, stamp)
-        joints = deserialize_message(messages.joint_states.content, JointState)
-        phi = deserialize_message(messages.phi.content, JointState)
-        wrench = deserialize_message(messages.actuator_wrench.content, WrenchStamped)
+        joints = deserialize_message(messages.by_topic[JOINT_STATES].content, JointState)
+        phi = deserialize_message(messages.by_topic[PHI].content, JointState)
+        wrench = deserialize_message(messages.by_topic[ACTUATOR_WRENCH].content, WrenchStamped)
         for message in (joints, phi, wrench):
             time = message.header.stamp
             assert time.sec * 1_000_000_000 + time.nanosec == stamp
-        assert tuple(joints.name) == scene.joint_names
+        assert list(joints.name) == [f"left_{name}" for name in scene.joint_names]
         assert np.array_equal(joints.position, state.joint_position)
         assert np.array_equal(joints.velocity, state.joint_velocity)
         assert np.array_equal(joints.effort, state.joint_effort)
@@ -38,7 +39,7 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
         assert list(phi.position) == [state.phi_left, state.phi_right]
         assert list(phi.velocity) == [state.phi_left_rate, state.phi_right_rate]
         assert state.phi_left != state.phi_right
-        assert wrench.header.frame_id == "gripper_mount"
+        assert wrench.header.frame_id == "left_gripper_mount"
         force, torque = wrench.wrench.force, wrench.wrench.torque
         assert force.z == state.actuator_force
         assert [force.x, force.y, torque.x, torque.y, torque.z] == [0.0] * 5

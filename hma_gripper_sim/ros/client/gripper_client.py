@@ -77,6 +77,8 @@ class GripperClient:
     ------
     GripperTimeoutError
         By every method: the node is not there, does not answer, or has been paused.
+    GripperError
+        By every method that waits: the node's time ran back, or a second node has its name.
     """
 
     def __init__(
@@ -127,6 +129,10 @@ class GripperClient:
             In real time [s]; None: the client's patience.
         """
         self._await(lambda: self._listener.complete and self._sender.heard, "state", timeout)
+        try:
+            self._await(lambda: self._listener.nodes == 1, "single source of its state", timeout)
+        except GripperTimeoutError:
+            raise self._several_nodes() from None
 
     def select(self, contour: str) -> None:
         """Put an object of the node's catalogue in place.
@@ -316,7 +322,7 @@ class GripperClient:
         if not points:
             return
         sent = time.monotonic()
-        self._sender.follow(points)
+        self._sender.follow(points, self._listener.slide)
         if wait:
             over = start.stamp + round(1e9 * (points[-1].time + _GRACE))
             self._await_arrival(target, over, sent)
@@ -333,9 +339,20 @@ class GripperClient:
             state = self._next_state(state.stamp)
 
     def _next_state(self, stamp: int) -> GripperState:
-        """Wait for the first state that has another stamp."""
+        """Wait for the first state that has another stamp, which must be later."""
         self._await(lambda: self.state.stamp != stamp, "new state (is it paused?)")
-        return self.state
+        state = self.state
+        if state.stamp < stamp:
+            raise GripperError(
+                f"time ran back from {1e-9 * stamp:.3f} s to {1e-9 * state.stamp:.3f} s during a "
+                f"wait: the clock was set back, or {self._name} has been started anew"
+            )
+        if self._listener.nodes > 1:
+            raise self._several_nodes()
+        return state
+
+    def _several_nodes(self) -> GripperError:
+        return GripperError(f"several nodes are called {self._name}: end all but one")
 
     def _parameters(self, *names: str) -> list[float]:
         answer = self._call("get_parameters", GetParameters.Request(names=names))

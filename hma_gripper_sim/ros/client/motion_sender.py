@@ -64,9 +64,9 @@ class MotionSender:
             self._velocity.publish(Float64(data=velocity))
             self._timer.reset()
 
-    def follow(self, points: Sequence[WayPoint]) -> None:
-        """Send way points that have a position and a velocity; none: stop."""
-        message = JointTrajectory(joint_names=[SLIDE])
+    def follow(self, points: Sequence[WayPoint], joint: str = SLIDE) -> None:
+        """Send way points of a joint that have a position and a velocity; none: stop."""
+        message = JointTrajectory(joint_names=[joint])
         for point in points:
             message.points.append(
                 JointTrajectoryPoint(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import Lock
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
@@ -13,10 +14,15 @@ from std_msgs.msg import String
 
 from hma_gripper_sim.model.joint_names import SLIDE
 from hma_gripper_sim.ros.inputs import nanoseconds
+from hma_gripper_sim.ros.message_bytes import header_stamp
 
 _QUEUE = 10
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_SLIDE_ENTRY = b"\0" + SLIDE.encode() + b"\0"
+_SLIDE_ENTRY = SLIDE.encode() + b"\0"
+"""In serialised joint states that hold the joint, whatever its prefix."""
+
+_KEPT = 100
+"""Ticks of which one message has come and the other is awaited."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class GripperState:
     force
         Of the actuator, positive when it pushes towards the object [N].
     phi_left, phi_right
-        Angles between the top beam and the side beams [rad]; at most a tick older or newer.
+        Angles between the top beam and the side beams, of the same tick [rad].
     contour
         Name of the object in place.
     """
@@ -49,6 +55,9 @@ class GripperState:
 class StateListener:
     """Keeps the node's last messages, serialised until someone asks for the state.
 
+    Others may publish joint states, even of the gripper's joints, on the same topic. Those of the
+    node have the stamp of one of its own messages on ``~/phi``.
+
     Parameters
     ----------
     node
@@ -61,7 +70,11 @@ class StateListener:
 
     def __init__(self, node: Node, name: str, group: CallbackGroup) -> None:
         self._node = node
-        self._joints = self._phi = self._contour = b""
+        self._joints: dict[int, bytes] = {}
+        self._phi: dict[int, bytes] = {}
+        self._lock = Lock()
+        self._tick = b"", b""
+        self._contour = b""
         namespace = name.rpartition("/")[0]
         self._subscriptions = [
             node.create_subscription(kind, topic, take, qos, raw=True, callback_group=group)
@@ -76,22 +89,31 @@ class StateListener:
     @property
     def complete(self) -> bool:
         """Whether everything that makes up a state has come."""
-        return bool(self._joints and self._phi and self._contour)
+        return bool(self._tick[0] and self._contour)
+
+    @property
+    def nodes(self) -> int:
+        """How many simulation nodes have this name."""
+        return int(self._node.count_publishers(self._subscriptions[1].topic_name))
+
+    @property
+    def slide(self) -> str:
+        """Name of the prismatic joint, with the node's prefix; only where the state is complete."""
+        return str(deserialize_message(self._tick[0], JointState).name[0])
 
     @property
     def state(self) -> GripperState:
         """The last state; only where it is complete."""
-        read, latest = self._read, (self._joints, self._phi, self._contour)
+        read, latest = self._read, (*self._tick, self._contour)
         if read is not None and all(a is b for a, b in zip(read[0], latest, strict=True)):
             return read[1]
         joints = deserialize_message(latest[0], JointState)
         phi = deserialize_message(latest[1], JointState)
-        slide = joints.name.index(SLIDE)
         state = GripperState(
             stamp=nanoseconds(joints.header.stamp),
-            travel=joints.position[slide],
-            velocity=joints.velocity[slide],
-            force=joints.effort[slide],
+            travel=joints.position[0],
+            velocity=joints.velocity[0],
+            force=joints.effort[0],
             phi_left=phi.position[phi.name.index("phi_left")],
             phi_right=phi.position[phi.name.index("phi_right")],
             contour=deserialize_message(latest[2], String).data,
@@ -105,11 +127,22 @@ class StateListener:
             self._node.destroy_subscription(subscription)
 
     def _on_joints(self, data: bytes) -> None:
-        if _SLIDE_ENTRY in data:  # an arm's joints may come on the same topic
-            self._joints = data
+        if _SLIDE_ENTRY in data:
+            self._keep(self._joints, data)
 
     def _on_phi(self, data: bytes) -> None:
-        self._phi = data
+        self._keep(self._phi, data)
+
+    def _keep(self, record: dict[int, bytes], data: bytes) -> None:
+        """Keep a message; with the other one of its stamp it makes up the tick."""
+        stamp = header_stamp(data)
+        with self._lock:
+            # Joint states of others on the same clock may have the stamp, but not all numbers.
+            record[stamp] = max(data, record.get(stamp, b""), key=len)
+            if stamp in self._joints and stamp in self._phi:
+                self._tick = self._joints[stamp], self._phi[stamp]
+            if len(record) > _KEPT:
+                del record[next(iter(record))]
 
     def _on_contour(self, data: bytes) -> None:
         self._contour = data

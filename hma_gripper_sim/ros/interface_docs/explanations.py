@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hma_gripper_sim.device.topics import TOPICS
+
 INTRODUCTION = """
 # The ROS 2 interface of sim_node
 
@@ -14,32 +16,7 @@ object, angles counter-clockwise in the drawing plane (x to the right, z up).
 """
 
 MEANINGS = {
-    # Taken.
-    "~/cmd_velocity": "Velocity of the prismatic joint [m/s].",
-    "~/commands": "The same, one element: what ros2_control's forward and velocity controllers "
-    "take, so that their clients can be remapped to the node.",
-    "~/joint_commands": "The same: velocity of the entry `slide`, wherever it stands; from "
-    "topic-based ros2_control hardware.",
-    "~/joint_trajectory": "Positions and/or velocities (and accelerations) of `slide`, "
-    "interpolated as joint_trajectory_controller does. A new trajectory replaces the old; one "
-    "without points stops.",
-    "~/outline": "Outline of an object as a camera sees it: x and z [m], the gripper's axis at "
-    "x = 0. It becomes the object `outline`. Convex up to noise; at most 32 corners are kept.",
-    # Published.
-    "joint_states": "`slide` (m, m/s, N: the actuator force), then all revolute joints (rad, "
-    "rad/s, N m: the moment of the spring-damper), in a fixed order. Every tick.",
-    "~/actuator_wrench": "`force.z`: force with which the actuator pushes towards the object, "
-    "in the frame `gripper_mount`; -0.0444 N while the gripper hangs free. Every tick.",
-    "~/phi": "`phi_left`, `phi_right`: angle between the top beam and a side beam, and its rate. "
-    "Every tick.",
-    "~/contour": "Name of the object in place.",
-    "~/markers": "Gripper, object and contact forces (0.05 m per N), in `gripper_mount`, for "
-    "RViz and Foxglove. At `markers_rate` while someone listens.",
-    "/diagnostics": "See [Diagnostics](#diagnostics). Once a second.",
-    # Either.
-    "/clock": "Published every tick with `publish_clock`, listened to with `use_sim_time`; "
-    "otherwise neither.",
-    # Served.
+    **{topic.relative: topic.meaning for topic in TOPICS},
     "~/select_contour/NAME": "Put that object in place; refused, with the reason, while it would "
     "overlap the gripper.",
     "~/reset": "Back to the start pose, at rest and without a command; ends a solver failure.",
@@ -64,16 +41,21 @@ EVERY_NODES = (
 
 COMMANDS = """
 All sources pass the same checks, ramp, limits and timeout; the one that sent last is in charge,
-and /diagnostics names it. Of waiting messages on a topic the newest counts.
+and /diagnostics names it. Of waiting messages on a topic the newest counts. Best-effort publishers
+are heard too: a best-effort subscription joins the reliable one as soon as there is any. Senders
+that command in turn are named in the log and in /diagnostics.
 
 - A command that is not finite, has the wrong size or lacks `slide` is dropped, counted and warned
   about once a second; it changes nothing.
-- A velocity holds for `command_timeout`; then the drive ramps to rest. A trajectory ends by itself.
+- A velocity holds for `command_timeout`; then the drive ramps to rest. A trajectory ends by itself,
+  at rest unless `allow_nonzero_velocity_at_trajectory_end`; a position is held.
 - Velocities beyond `max_velocity` are clamped; changes follow `max_acceleration`; the drive brakes
   for the ends of its travel.
-- Stamps count if they are not 0. A velocity is out of date when its stamp is older than
+- Stamps count if they are not 0. A velocity or position is out of date when its stamp is older than
   `command_timeout`, earlier than one already taken from that source, or over 0.5 s ahead. A
-  trajectory starts at its stamp, and is out of date when it would already have ended.
+  trajectory starts at its stamp, with 0 at once. It is out of date when it would have ended by now,
+  or would start more than 60 s from now: then its sender has another clock.
+- With `prefix`, `slide` stands for the name with the prefix.
 """
 
 STATES = """
@@ -95,13 +77,17 @@ code 2, at run time in the answer, and then nothing changes. In YAML, numbers ma
 
 OBJECTS = """
 Any number of objects, added at start only. `type` and the dimensions of that type are required;
-`corner_radius`, `rounding` and `offset` are 0 and `clearance` is 0.005 m unless given.
+`corner_radius`, `rounding` and `offset` are 0 and `clearance` is 0.005 m unless given. Dimensions
+and places can be set at any time. Without any `contours.*` there are the three of
+[config/sim_node.yaml](../config/sim_node.yaml); giving any replaces all of them.
 """
 
 DIAGNOSTICS = """
 ## Diagnostics
 
 Levels as in REP-107. Counts are totals; the other figures are of the time since the last report.
+Reports come once a second of this machine, also while a simulated clock stands. Names begin with
+the node's full name, such as `left/hma_gripper_sim`, which is the hardware id, too.
 
 | status | not OK when | values |
 | --- | --- | --- |
@@ -110,8 +96,9 @@ travel limit; command beyond `max_velocity`; commands refused | `in charge`, `tr
 `contour`, `paused`, `stale`, `clamped`, `at travel limit`, `commands clamped`, \
 `commands expired`; of each source `SOURCE: accepted`, `SOURCE: rejected`, \
 `SOURCE: out of date` |
-| `hma_gripper_sim: timing` | Warn: a lag of over 0.1 s was given up (overrun); slower than 95 % \
-of `real_time_factor` | `real-time factor`, `overruns`, `ticks per second`, \
+| `hma_gripper_sim: timing` | Warn: a lag of over 0.1 s (10 s on a simulated clock) was given up \
+(overrun); slower than 95 % of `real_time_factor` on the node's clock; with `use_sim_time`, no \
+`/clock`, or one that has stood for 3 s | `real-time factor`, `overruns`, `ticks per second`, \
 `mean duration of a tick [ms]`, `longest duration of a tick [ms]` |
 | `hma_gripper_sim: solver` | Error: no solution; the last good state stands until `~/reset` | \
 `ticks`, `steps since reset`, `rejected steps since reset`, `Newton iterations since reset` |
@@ -121,6 +108,8 @@ of `real_time_factor` | `real-time factor`, `overruns`, `ticks per second`, \
 out, or a tip sinks in by more than a tenth of its radius; the object can pass between sampled \
 points | `unmodelled contact`, `penetration`, `sampled contour`, \
 `discretisation` |
+| `hma_gripper_sim: graph` | Warn: another node has this name; someone else publishes `slide` on \
+`joint_states`; several publish `/clock`; several senders command in turn | `in the way` |
 """
 
 ROBOT_DESCRIPTION = """
@@ -147,9 +136,13 @@ in as they are. |
   makes that link the root, so that the frames join those of an arm with a `robot_state_publisher`
   of its own. To include it by xacro leave both away and attach `gripper_mount`, as
   [config/ros2_control/](../config/ros2_control) does.
-- Tell the command what was told to the node: `--params-file`, or `--design`, `--discretisation`
-  and the numbers of elements.
+- Tell the command what was told to the node: `--params-file`, and `--set KEY=VALUE` for each
+  parameter beside it.
 - Limits of the revolute joints are where the material's linear range ends. They are no stops.
+- Two grippers, or an arm with a joint `slide` of its own: give each node, and its URDF, a `prefix`,
+  and each node a namespace. `sim.launch.py prefix:=left_ namespace:=left` does both.
+- What is seen of a link is its collision shape too. A planner's SRDF should allow contact between
+  neighbouring links.
 - [config/gripper.rviz](../config/gripper.rviz) shows gripper, object and forces,
   [config/foxglove_layout.json](../config/foxglove_layout.json) also F, φ, travel and diagnostics.
 
@@ -183,7 +176,8 @@ ros2 run hma_gripper_sim sim_node --ros-args --enclave /hma_gripper_sim
 
 The policy knows the objects of the shipped parameter file. For others add a service
 `~/select_contour/NAME` each; in a namespace, change `ns`. Who commands the node needs a policy of
-its own that allows publishing to the command topics.
+its own that allows publishing to the command topics. To find out whether others publish its joints
+the node would listen to `joint_states`, which the policy does not grant either.
 
 ## What was checked, and what was not
 

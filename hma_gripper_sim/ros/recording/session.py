@@ -105,6 +105,8 @@ def record(
                 recorder.take()
                 if signals:
                     ending = signals[0]
+                elif recorder.set_back:
+                    ending = "the clock was set back"
                 elif duration is not None and recorder.stamp - begin >= duration * 1e9:
                     ending = "the duration is over"
                 if time.monotonic() >= flushed + FLUSH_PERIOD:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections import Counter
 from collections.abc import Sequence
+from typing import TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PolygonStamped, WrenchStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray, String
-from trajectory_msgs.msg import JointTrajectory
+from std_msgs.msg import Float64, String
 
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.bags.topic import Topic
@@ -30,24 +27,16 @@ from hma_gripper_sim.device.topics import (
     topic_of,
 )
 from hma_gripper_sim.model.joint_names import SLIDE
+from hma_gripper_sim.ros.message_bytes import header_stamp
+from hma_gripper_sim.ros.message_types import message_type
 
 _QUEUE = 10_000
 """Messages that wait while this process is busy: none may be lost."""
 
 _ENDLESS = 2**63
 
-_SLIDE_ENTRY = b"\0" + SLIDE.encode() + b"\0"
-
-_MESSAGES = {
-    "diagnostic_msgs/msg/DiagnosticArray": DiagnosticArray,
-    "geometry_msgs/msg/PolygonStamped": PolygonStamped,
-    "geometry_msgs/msg/WrenchStamped": WrenchStamped,
-    "sensor_msgs/msg/JointState": JointState,
-    "std_msgs/msg/Float64": Float64,
-    "std_msgs/msg/Float64MultiArray": Float64MultiArray,
-    "std_msgs/msg/String": String,
-    "trajectory_msgs/msg/JointTrajectory": JointTrajectory,
-}
+_SLIDE_ENTRY = SLIDE.encode() + b"\0"
+"""In serialised joint states that hold the joint, whatever its prefix."""
 
 
 class Recorder:
@@ -59,6 +48,9 @@ class Recorder:
     No executor has the recorder's ROS node. Its messages are taken in bulk, which is several
     times faster than an executor's round for each of them: who falls behind acts on old news.
 
+    Others may publish joint states, even of the gripper's joints, on the same topic. Those of the
+    node have the stamp of one of its actuator wrenches.
+
     Parameters
     ----------
     context
@@ -67,6 +59,11 @@ class Recorder:
         What to listen to; they are named as those of the node `NODE`.
     name
         Full name of the simulation node.
+
+    Attributes
+    ----------
+    logged
+        How many messages of each topic have been written to logs.
     """
 
     def __init__(
@@ -79,14 +76,17 @@ class Recorder:
         self._names = {topic: topic_of(name, topic).name for topic in topics}
         self._subscriptions = {
             topic: self._node.create_subscription(
-                _MESSAGES[topic.msgtype], self._names[topic], _not_called, _qos(topic), raw=True
+                message_type(topic), self._names[topic], _not_called, _qos(topic), raw=True
             )
             for topic in topics
         }
         self.logged: Counter[Topic] = Counter()
+        self._set_back: set[Topic] = set()
         self._latest: dict[Topic, bytes] = {}
         self._log: LogWriter | None = None
         self._after = self._until = 0
+        self._unconfirmed: dict[int, bytes] = {}
+        self._confirmed: dict[int, None] = {}
 
     def take(self) -> None:
         """Take the messages that have arrived."""
@@ -107,16 +107,20 @@ class Recorder:
         return all(topic in self._latest for topic in (*STAMPED_TOPICS, CONTOUR))
 
     @property
+    def set_back(self) -> bool:
+        """Whether the node's time has run back; ticks since then are left out."""
+        return bool(self._set_back)
+
+    @property
     def stamp(self) -> int:
         """Stamp of the last joint states [ns]."""
-        return _header_stamp(self._latest[JOINT_STATES])
+        return header_stamp(self._latest[JOINT_STATES])
 
     @property
     def slide(self) -> tuple[float, float]:
         """Travel [m] and velocity [m/s] of the prismatic joint."""
         joints = deserialize_message(self._latest[JOINT_STATES], JointState)
-        index = joints.name.index(SLIDE)
-        return joints.position[index], joints.velocity[index]
+        return joints.position[0], joints.velocity[0]
 
     @property
     def contour(self) -> str:
@@ -142,7 +146,7 @@ class Recorder:
     @property
     def finished(self) -> bool:
         """Whether the last tick has been logged as a whole: the log may be closed."""
-        if any(_header_stamp(self._latest[topic]) < self._until for topic in STAMPED_TOPICS):
+        if any(header_stamp(self._latest[topic]) < self._until for topic in STAMPED_TOPICS):
             return False
         self._log = None
         return True
@@ -152,14 +156,42 @@ class Recorder:
         self._node.destroy_node()
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        if topic is JOINT_STATES and _SLIDE_ENTRY not in data:
-            return  # an arm's joints may come on the same topic
+        if topic is JOINT_STATES:
+            self._on_joint_states(data)
+            return
+        self._accept(topic, data)
+        if topic is ACTUATOR_WRENCH:
+            stamp = header_stamp(data)
+            joints = self._unconfirmed.pop(stamp, None)
+            if joints is None:
+                _note(self._confirmed, stamp, None)
+            else:
+                self._accept(JOINT_STATES, joints)
+
+    def _on_joint_states(self, data: bytes) -> None:
+        stamp = header_stamp(data)
+        if _SLIDE_ENTRY not in data:
+            return
+        if stamp in self._confirmed:
+            del self._confirmed[stamp]
+            self._accept(JOINT_STATES, data)
+        else:
+            # Those of others on the same clock may have the stamp, but not all numbers.
+            longest = max(data, self._unconfirmed.get(stamp, b""), key=len)
+            _note(self._unconfirmed, stamp, longest)
+
+    def _accept(self, topic: Topic, data: bytes) -> None:
+        if topic in STAMPED_TOPICS and topic in self._latest:
+            if header_stamp(data) < header_stamp(self._latest[topic]):
+                self._set_back.add(topic)
+            if topic in self._set_back:
+                return
         self._latest[topic] = data
         if self._log is None:
             return
         if topic not in STAMPED_TOPICS:
             self._write(topic, self.stamp, data)
-        elif self._after < (stamp := _header_stamp(data)) <= self._until:
+        elif self._after < (stamp := header_stamp(data)) <= self._until:
             self._write(topic, stamp, data)
 
     def _write(self, topic: Topic, stamp: int, data: bytes) -> None:
@@ -168,7 +200,7 @@ class Recorder:
             self.logged[topic] += 1
 
     def _newest_stamp(self) -> int:
-        return max(_header_stamp(self._latest[topic]) for topic in STAMPED_TOPICS)
+        return max(header_stamp(self._latest[topic]) for topic in STAMPED_TOPICS)
 
 
 def _not_called(_: bytes) -> None:
@@ -181,8 +213,10 @@ def _qos(topic: Topic) -> QoSProfile:
     return QoSProfile(depth=_QUEUE)
 
 
-def _header_stamp(data: bytes) -> int:
-    """Return the stamp [ns] of a message that starts with a header, from its CDR bytes."""
-    order = "<" if data[1] & 1 else ">"
-    seconds, nanoseconds = struct.unpack_from(f"{order}iI", data, 4)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+T = TypeVar("T")
+
+
+def _note(record: dict[int, T], stamp: int, what: T) -> None:
+    record[stamp] = what
+    if len(record) > _QUEUE:
+        del record[next(iter(record))]

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from patience import patience
+
 from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 
 LOPSIDED = '''
@@ -60,7 +62,10 @@ def test_a_new_discretisation_is_one_new_file(tmp_path: Path) -> None:
     """Scenes and the node's parameters know it; joints a tenth of a GBE off cost a few percent."""
     (tmp_path / "lopsided.py").write_text(LOPSIDED)
     done = subprocess.run(
-        [sys.executable, "-c", USES, str(tmp_path)], capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", USES, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=patience(300.0),
     )
     assert done.returncode == 0, done.stderr
     assert 1e-4 < float(done.stdout) < 0.1

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import patience
 from scipy.spatial import ConvexHull
 
 from hma_gripper_sim import Circle, Contour, InputError, Polygon, RoundedBox
@@ -356,7 +357,10 @@ scene:
 motion: [{velocity: 4 mm/s, duration: 7 s}]
 """)
     done = subprocess.run(
-        [sys.executable, "-c", USES, str(tmp_path)], capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", USES, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=patience(300.0),
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "Diamond\n"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import patience
 from rosbags.rosbag2 import Reader
 
 from hma_gripper_sim.bags.log_writer import LogWriter
@@ -59,11 +60,11 @@ class Publisher:
                 message.name, message.position, message.velocity = ["slide"], [0.5], [0.25]
             self._publishers[topic].publish(message)
 
-    def tick_of_an_arm(self, second: int) -> None:
-        """Publish joint states that are not the gripper's, on the same topic."""
+    def tick_of_another(self, second: int, joint: str) -> None:
+        """Publish joint states that are not the node's, on the same topic."""
         message = self._kinds[JOINT_STATES]()
         message.header.stamp.sec = second
-        message.name, message.position = ["wrist"], [0.5]
+        message.name, message.position = [joint], [9.0]
         self._publishers[JOINT_STATES].publish(message)
 
     def say(self, topic: Topic, data: object) -> None:
@@ -71,7 +72,7 @@ class Publisher:
         self._publishers[topic].publish(self._kinds[topic](data=data))
 
     def wait(self, condition: Callable[[], object]) -> None:
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + patience(20.0)
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"
             self._take()
@@ -107,23 +108,26 @@ def test_log_begins_and_ends_with_whole_ticks(pair: tuple[Any, Publisher], tmp_p
     node.say(CONTOUR, "box")
     node.wait(lambda: recorder.hears_node)
     assert (recorder.contour, recorder.slide) == ("box", (0.5, 0.25))
-    node.tick(2, JOINT_STATES)
+    node.tick(2, JOINT_STATES, ACTUATOR_WRENCH)
     node.wait(lambda: recorder.stamp == 2_000_000_000)
     with LogWriter(tmp_path / "log", LOGGED_TOPICS) as log:
         recorder.start(log)
-        node.tick(2, ACTUATOR_WRENCH, PHI)
-        node.tick_of_an_arm(9)
+        node.tick(2, PHI)
+        node.tick_of_another(9, "wrist")
+        for second in (2, 3, 4, 7):  # of the gripper's own joint, and at its own times
+            node.tick_of_another(second, "slide")
         node.tick(3, *tick)
         node.wait(lambda: recorder.stamp == 3_000_000_000)
         node.say(CMD_VELOCITY, 0.125)
         node.wait(lambda: recorder.command == 0.125)
-        node.tick(4, JOINT_STATES)
+        node.tick(4, JOINT_STATES, ACTUATOR_WRENCH)
         node.wait(lambda: recorder.stamp == 4_000_000_000)
+        assert recorder.slide == (0.5, 0.25)
         recorder.finish()
         assert not recorder.finished
-        node.tick(5, JOINT_STATES)
+        node.tick(5, JOINT_STATES, ACTUATOR_WRENCH)
         node.wait(lambda: recorder.stamp == 5_000_000_000)
-        node.tick(4, ACTUATOR_WRENCH, PHI)
+        node.tick(4, PHI)
         node.wait(lambda: recorder.finished)
     logged: dict[str, list[int]] = defaultdict(list)
     with Reader(tmp_path / "log") as reader:
@@ -134,3 +138,25 @@ def test_log_begins_and_ends_with_whole_ticks(pair: tuple[Any, Publisher], tmp_p
         CONTOUR.name: [2],
         CMD_VELOCITY.name: [3],
     }
+
+
+def test_a_clock_that_is_set_back_ends_what_is_logged(
+    pair: tuple[Any, Publisher], tmp_path: Path
+) -> None:
+    recorder, node = pair
+    tick = (JOINT_STATES, ACTUATOR_WRENCH, PHI)
+    node.tick(5, *tick)
+    node.say(CONTOUR, "box")
+    node.wait(lambda: recorder.hears_node)
+    with LogWriter(tmp_path / "log", LOGGED_TOPICS) as log:
+        recorder.start(log)
+        for second in (6, 7, 1, 2, 8):
+            node.tick(second, *tick)
+        node.wait(lambda: recorder.set_back)
+        assert recorder.stamp == 7_000_000_000
+        recorder.finish()
+    with Reader(tmp_path / "log") as reader:
+        logged = [(connection.topic, stamp) for connection, stamp, _ in reader.messages()]
+    stamps = [stamp for topic, stamp in logged if topic != CONTOUR.name]
+    assert max(stamps) == 7_000_000_000
+    assert stamps == sorted(stamps)

@@ -1,0 +1,117 @@
+"""Signals that no gripper gives, and what in the signal map is the likely cause."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from hma_gripper_sim.recordings.recording import Series
+from hma_gripper_sim.recordings.signal_map import Signal
+
+LARGEST_PHI, SMALLEST_PHI = 1.05 * math.pi, 0.1
+"""Between these [rad] is the largest angle of deflection of any gripper."""
+
+LARGEST_STROKE = 0.5
+"""A gripper's way is less [m]."""
+
+AT_REST = 1e-4
+"""Way [m] that a gripper that stands still does not make."""
+
+ON_TOP = 0.1
+"""Share of the stroke from its top down to where a tare is taken to be free of load."""
+
+_FEW, _SHORT = 50, 2e-3
+"""Samples, and stroke [m], without which nothing is said about a stroke."""
+
+_DOWN, _FREE = 0.9, 0.1
+"""Shares of the stroke: where the way down ends, and up to where the gripper is free."""
+
+_WRONG_SIGN, _NO_FORCE = 2.0, 0.05
+"""How many times larger than upwards the force goes downwards if its sign is wrong, and [N] below
+which neither counts."""
+
+
+def doubts(signals: Mapping[str, Series], entries: Sequence[Signal]) -> Iterator[str]:
+    """Yield what is hard to believe of the signals of a log, with the likely cause.
+
+    Parameters
+    ----------
+    signals
+        By name.
+    entries
+        Of the signal map, which say what was tared.
+    """
+    for name in ("phi_left", "phi_right"):
+        if name in signals:
+            yield from _angle_doubts(name, signals[name])
+    travel = signals.get("travel")
+    if travel is None:
+        return
+    stroke = float(np.ptp(travel.value))
+    if stroke > LARGEST_STROKE:
+        yield (
+            f"travel: ranges over {stroke:.3g} m: is its unit wrong, such as a missing 'unit: mm' "
+            "in the signal map?"
+        )
+    if stroke < _SHORT or len(travel.value) < _FEW:
+        return
+    for entry in entries:
+        if entry.tare and entry.name in signals:
+            yield from _tare_doubts(entry, signals[entry.name], travel)
+    if "actuator_force" in signals:
+        yield from _sign_doubts(signals["actuator_force"], travel)
+
+
+def _angle_doubts(name: str, phi: Series) -> Iterator[str]:
+    largest = float(np.abs(phi.value).max())
+    if largest > LARGEST_PHI:
+        yield (
+            f"{name}: reaches {math.degrees(largest):.4g}°, which no angle of deflection does: is "
+            "'unit: deg' missing in the signal map?"
+        )
+    elif 0.0 < largest < SMALLEST_PHI:
+        yield (
+            f"{name}: never exceeds {math.degrees(largest):.2g}°: is it in radians, against the "
+            "'unit' in the signal map?"
+        )
+
+
+def _tare_doubts(entry: Signal, tared: Series, travel: Series) -> Iterator[str]:
+    """Yield whether the gripper moved, or touched, while a signal was taken to be zero."""
+    begin = float(tared.time[0])
+    during = travel.between(begin, begin + entry.tare).value
+    if not during.size:
+        return
+    if np.ptp(during) > AT_REST + 0.01 * float(np.ptp(travel.value)):
+        yield (
+            f"{entry.name}: its tare was taken in motion: the travel changed by "
+            f"{1e3 * float(np.ptp(during)):.3g} mm in these {entry.tare:g} s"
+        )
+    above = float(during.mean() - travel.value.min())
+    if entry.name != "travel" and above > ON_TOP * float(np.ptp(travel.value)):
+        yield (
+            f"{entry.name}: its tare was taken {1e3 * above:.3g} mm below the top of the stroke: "
+            "was the gripper under load?"
+        )
+
+
+def _sign_doubts(force: Series, travel: Series) -> Iterator[str]:
+    """Yield whether the force goes the wrong way on the first way down."""
+    top, stroke = float(travel.value.min()), float(np.ptp(travel.value))
+    reached = int(np.argmax(travel.value >= top + _DOWN * stroke))
+    down = force.between(float(travel.time[0]), float(travel.time[reached]))
+    if down.value.size < _FEW:
+        return
+    at = np.interp(down.time, travel.time, travel.value)
+    free = down.value[at <= top + _FREE * stroke]
+    if not free.size:
+        return
+    zero = float(np.median(free))
+    up, low = float(down.value.max()) - zero, zero - float(down.value.min())
+    if low > max(_WRONG_SIGN * up, _NO_FORCE):
+        yield (
+            f"actuator_force: falls by {low:.3g} N on the way down and rises by {up:.3g} N at "
+            "most: is its sign wrong ('scale: -1' in the signal map)?"
+        )
