@@ -29,7 +29,7 @@ def kernel(function: Kernel) -> Kernel:
 
     A kernel must not allocate: reference counting is off.  Kernels are inlined into their
     callers.  Both because a call would otherwise cost more than most kernels do: it counts and
-    copies every array of the named tuples that are passed.
+    copies every array of the named tuples that are passed.  Products may be fused with sums.
     """
     if not COMPILED:
         return function

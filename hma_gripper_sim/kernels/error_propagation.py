@@ -24,7 +24,6 @@ from hma_gripper_sim.kernels.contact import (
     ContactModes,
     closing_margin,
     contact_modes,
-    copy_modes,
 )
 from hma_gripper_sim.kernels.radau import RadauWork, free_response, increments
 from hma_gripper_sim.kernels.radau_chain import imbalances
@@ -145,9 +144,7 @@ def propagate_error(
         for i in range(3):
             for j in range(n):
                 work.stages.imbalance[i, j] = error.moment[0, j] + NODES[i] * error.moment[1, j]
-        free_response(
-            model.chain, work.tangent, work.stages.imbalance, error.load, contacts.free
-        )
+        free_response(model.chain, work.tangent, work.stages.imbalance, error.load, contacts.free)
         touching = False
         for k in range(modes.normal.size):
             touching |= modes.normal[k] != OPEN
@@ -170,9 +167,7 @@ def propagate_error(
 
 
 @kernel
-def _saturate(
-    h: float, before: float, scale: float, work: RadauWork, error: ErrorWork
-) -> float:
+def _saturate(h: float, before: float, scale: float, work: RadauWork, error: ErrorWork) -> float:
     """Bound the error by what moves, beyond its floor; return that of the angles.
 
     Small errors grow by a factor in each of many small impacts that follow each other, but two
@@ -223,7 +218,9 @@ def _contact_response(h: float, touching: bool, work: RadauWork, error: ErrorWor
             total = contacts.free[i, j]
             for other in range(3):
                 for m in range(3):
-                    total += contacts.compliance[3 * i + j, 3 * other + m] * contacts.change[other, m]
+                    total += (
+                        contacts.compliance[3 * i + j, 3 * other + m] * contacts.change[other, m]
+                    )
             contacts.residual[3 * i + j] = total
     build_matrix(h, contacts)
     if not solve_dense(contacts.matrix, contacts.residual):
@@ -274,7 +271,8 @@ def delay_touches(
     """Add to the error what a touch does at another time, where it makes accelerations jump.
 
     `since` is the time since the event before [s]: a longer delay would merge the two, and what
-    bounces differ by is bounded.  ``error.modes`` are the modes before; ``work.base`` and ``work.tip`` belong to the state.
+    bounces differ by is bounded.  ``error.modes`` are the modes before; ``work.base`` and
+    ``work.tip`` belong to the state.
     """
     touched = -1
     for k in range(modes.normal.size):

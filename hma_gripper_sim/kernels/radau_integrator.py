@@ -26,7 +26,12 @@ from hma_gripper_sim.kernels.contact import (
     copy_modes,
     touched_part,
 )
-from hma_gripper_sim.kernels.error_propagation import ErrorWork, delay_touches, error_work, propagate_error
+from hma_gripper_sim.kernels.error_propagation import (
+    ErrorWork,
+    delay_touches,
+    error_work,
+    propagate_error,
+)
 from hma_gripper_sim.kernels.hidden_events import (
     CLOSE,
     PassageWork,

@@ -35,8 +35,9 @@ class Finding:
     Parameters
     ----------
     name
-        Which of them it is: ``outcome``, ``tolerance``, ``unmodelled_contact``, ``penetration``, ``stress``,
-        ``no_contact``, ``sampled_contour``, ``discretisation``, ``sensitive``, ``verification``.
+        Which of them it is: ``outcome``, ``tolerance``, ``unmodelled_contact``, ``penetration``,
+        ``stress``, ``no_contact``, ``sampled_contour``, ``discretisation``, ``sensitive``,
+        ``verification``.
     severity
         How much it matters.
     message

@@ -1,5 +1,7 @@
 """The error that is carried along with a run, against the difference of two runs."""
 
+from __future__ import annotations
+
 import dataclasses
 
 import numpy as np
@@ -37,14 +39,12 @@ def final(half, motion, tolerance, state, displaced, error):
     clear_error(carried, 1.0)
     carried.angle[:] = error
     half.run_scratch.going[0] = 0.0
-    integrate_radau(
-        half.model, motion, tolerance, state, record, 1, half.work, half.run_scratch
-    )
+    integrate_radau(half.model, motion, tolerance, state, record, 1, half.work, half.run_scratch)
     return state.q, carried.angle.copy()
 
 
 @pytest.mark.parametrize(
-    "end, accuracy",
+    ("end", "accuracy"),
     [
         pytest.param(0.12, 0.05, id="in free flight"),
         pytest.param(0.13, 0.05, id="after a touch"),
@@ -53,9 +53,7 @@ def final(half, motion, tolerance, state, displaced, error):
 )
 def test_it_is_the_difference_of_two_runs(end, accuracy):
     """To first order: what a small displacement of the start makes of the end."""
-    scene = Scene(
-        LONG, RoundedBox(0.0377, 0.014, 0.00525), friction=0.663, clearance=0.00877
-    )
+    scene = Scene(LONG, RoundedBox(0.0377, 0.014, 0.00525), friction=0.663, clearance=0.00877)
     half = Half(scene.models[0], scene.start_states[0])
     start = half.run(follow(0.0934, 0.0, 0.0, 0.05), 1e-6).state
     motion = follow(0.0934, 0.0, 0.0, end)
