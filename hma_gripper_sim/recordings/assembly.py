@@ -22,6 +22,16 @@ _TURNS, _SETS = 3, 3
 """How often publishers take turns where they do: one that is started anew does so less often. And
 the sets of joints that they then name: where these are many, they do not tell publishers apart."""
 
+_SMALLEST_JUMP = {
+    "travel": 2e-4,
+    "velocity_command": 2e-4,
+    "actuator_force": 0.02,
+    "phi_left": 0.01,
+    "phi_right": 0.01,
+    "bending_moment": 1e-4,
+}
+"""What a signal at rest may jump by [SI]: between two counts of its sensor, for example."""
+
 _BLOCK = 2**17
 """Samples in which jumps are looked for at a time."""
 
@@ -134,7 +144,7 @@ def _refuse_mixture(
                 f"publishers take turns in naming {signal.source.subject}, among the joints "
                 f"{sets}{remedy}"
             )
-    jumps = count_jumps(value)
+    jumps = count_jumps(value, _SMALLEST_JUMP[signal.name] / (abs(signal.scale) or 1.0))
     if jumps >= max(_FEWEST_JUMPS, _JUMPS * value.size):
         raise InputError(
             f"its value jumps to and fro {jumps} times in {value.size} samples, as where two "
@@ -148,16 +158,16 @@ def _refuse_mixture(
         )
 
 
-def count_jumps(value: FloatArray) -> int:
+def count_jumps(value: FloatArray, least: float) -> int:
     """Return how often a signal leaves its course for one sample, shape (n,).
 
-    That is by more than a twentieth of its range and five times what it usually does in two
-    sample periods: noise does not do it, and single outliers are few.
+    That is by more than `least`, a twentieth of its range, and five times what it usually does in
+    two sample periods: noise does not do it, and single outliers are few.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         room = float(np.fmax.reduce(value) - np.fmin.reduce(value))
         return sum(
-            _jumps_in(value[begin : begin + _BLOCK + 2], 0.05 * room)
+            _jumps_in(value[begin : begin + _BLOCK + 2], max(least, 0.05 * room))
             for begin in range(0, value.size, _BLOCK)
         )
 

@@ -57,6 +57,15 @@ def test_delay_is_taken_from_the_stamps() -> None:
         signal(delay="2 h")
 
 
+def test_encoder_that_wavers_between_two_counts_is_no_two_publishers() -> None:
+    """At rest, by 20 µm; a joint that is told as 5 mm and 0 by turns is."""
+    wavering = [2e-5 * (i % 2) for i in range(100)]
+    entry = signal("travel", joint="slide")
+    assert assemble(entry, [(connection(), said(wavering))], findings()) is not None
+    with pytest.raises(InputError, match="its value jumps to and fro 98 times in 100 samples"):
+        assemble(entry, [(connection(), said([250.0 * v for v in wavering]))], findings())
+
+
 def test_two_publishers_are_refused_unless_the_map_says_which() -> None:
     def parts() -> Any:
         return [
