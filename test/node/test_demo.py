@@ -199,7 +199,8 @@ def test_own_experiment_outside_its_bound_gives_exit_code_1(tmp_path: Path) -> N
     travel = read_recording(old_log)["travel"]
     deepest = travel.time[travel.value > 0.016 - 1e-6]
     assert travel.value.max() == pytest.approx(0.016, abs=1e-6)
-    assert deepest[-1] - deepest[0] == pytest.approx(1.0, abs=0.5)  # s, of latency three times over
+    # 1 s; latency, three times over, prolongs it on a busy machine.
+    assert 0.5 < deepest[-1] - deepest[0] < 1.0 + patience(0.5)
 
 
 @pytest.fixture
