@@ -29,13 +29,11 @@ def kernel(function: Kernel) -> Kernel:
 
     A kernel must not allocate: reference counting is off.  Kernels are inlined into their
     callers.  Both because a call would otherwise cost more than most kernels do: it counts and
-    copies every array of the named tuples that are passed.  Products may be fused with sums.
+    copies every array of the named tuples that are passed.
     """
     if not COMPILED:
         return function
-    compile_kernel = numba.njit(
-        error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True
-    )
+    compile_kernel = numba.njit(error_model="numpy", _nrt=False, forceinline=True)
     dispatcher = compile_kernel(function)
     dispatcher._cache = MachineCodeCache(function)
     return cast(Kernel, dispatcher)
