@@ -51,6 +51,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-3
 REPEATS = 3  # of a run whose estimated error is beyond the tolerance
 AIM, TIGHTER, TIGHTEST = 0.5, 0.3, 0.03  # of the excess; how much lower the next tolerance is
+LONG_RUN = 50_000  # steps: one that takes more is not repeated with yet smaller ones
 FINEST = 1e-8  # tolerance that rounding lets through
 ROWS = 256  # of the record of a run before it first grows
 OUTCOMES = {
@@ -130,7 +131,8 @@ class Half:
         for repeats in range(1, REPEATS + 1):
             done = run.outcome is Outcome.CONVERGED
             excess = run.error / tolerance if done else 1.0 / TIGHTER
-            if (done and excess <= 1.0) or stepping <= FINEST:
+            long = len(run.record.time) > LONG_RUN
+            if (done and excess <= 1.0) or stepping <= FINEST or long:
                 break
             stepping = max(FINEST, stepping * max(TIGHTEST, min(TIGHTER, AIM / excess)))
             self.state = start

@@ -33,6 +33,7 @@ EXCEPTIONS = {
     "hma_gripper_sim/kernels/contact.py:evaluate_contacts()": BUFFERS,
     "hma_gripper_sim/kernels/drive_profile.py:_tick_that_took()": BUFFERS,
     "hma_gripper_sim/kernels/drive_profile.py:settle_commands()": BUFFERS,
+    "hma_gripper_sim/kernels/error_propagation.py:propagate_error()": BUFFERS,
     "hma_gripper_sim/kernels/hidden_events.py:first_hidden_touch": SWEEP,
     "hma_gripper_sim/kernels/hidden_events.py:first_hidden_touch()": BUFFERS,
     "hma_gripper_sim/kernels/integrator.py:_hidden_event()": BUFFERS,
