@@ -47,12 +47,15 @@ def final(half, motion, tolerance, state, displaced, error):
     ("end", "accuracy"),
     [
         pytest.param(0.12, 0.05, id="in free flight"),
-        pytest.param(0.13, 0.05, id="after a touch"),
+        pytest.param(0.13, 0.25, id="after a touch"),
         pytest.param(0.16, 0.25, id="after a bounce with friction"),
     ],
 )
 def test_it_is_the_difference_of_two_runs(end, accuracy):
-    """To first order: what a small displacement of the start makes of the end."""
+    """To first order: what a small displacement of the start makes of the end.
+
+    Of events only the delay of touches is followed, hence the coarser accuracy behind them.
+    """
     scene = Scene(LONG, RoundedBox(0.0377, 0.014, 0.00525), friction=0.663, clearance=0.00877)
     half = Half(scene.models[0], scene.start_states[0])
     start = half.run(follow(0.0934, 0.0, 0.0, 0.05), 1e-6).state
