@@ -12,6 +12,9 @@ from hma_gripper_sim.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 
+REACH = 1.5
+"""Usual sample periods by which a record holds beyond its ends."""
+
 
 @dataclass(frozen=True)
 class Series:
@@ -29,8 +32,16 @@ class Series:
     value: FloatArray
 
     def at(self, time: float) -> float:
-        """Return the value at `time` [s], between samples linearly; NaN outside the record."""
-        return float(np.interp(time, self.time, self.value, left=np.nan, right=np.nan))
+        """Return the value at `time` [s], between samples linearly; NaN outside the record.
+
+        The record reaches one and a half of its usual sample periods beyond its ends: a message
+        that was lost there is no end.
+        """
+        beyond = max(self.time[0] - time, time - self.time[-1]) if len(self.time) else np.inf
+        steps = np.diff(self.time)
+        if beyond > (REACH * np.median(steps) if len(steps) else 0.0):
+            return float("nan")
+        return float(np.interp(time, self.time, self.value))
 
     def between(self, start: float, end: float) -> Series:
         """Return the samples with start <= time <= end [s]."""
