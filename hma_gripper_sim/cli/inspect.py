@@ -49,13 +49,14 @@ def inspect(log: Path, map_file: Path | None) -> None:
     if map_file is not None and map_file.exists():
         raise InputError("exists already", field="--map", source=str(map_file))
     found = inspect_log(log)
+    text = starter_map(found)
+    if map_file is not None:  # before anything is printed: a reader may close the pipe
+        write_text(map_file, text)
     console = Console()
     print_line(console, heading(found))
     print_notes(console, found.notes)
     print_tables(console, [inspection_table(found)])
-    text = starter_map(found)
     if map_file is not None:
-        write_text(map_file, text)
         print_line(console, f"wrote {map_file}")
     else:
         click.echo(text, nl=False)

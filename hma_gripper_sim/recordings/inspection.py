@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -241,9 +242,9 @@ def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
     """Yield how far-fetched an entry is, the signal, and the entry."""
     senders = Counter((s.connection.file, s.connection.topic) for s in inspection.senders)
     for sender in inspection.senders:
-        topic = _quoted(sender.connection.topic)
+        topic = quoted(sender.connection.topic)
         if senders[sender.connection.file, sender.connection.topic] > 1:
-            topic += f", publisher: {_quoted(sender.connection.publisher)}"
+            topic += f", publisher: {quoted(sender.connection.publisher)}"
         elif sender.connection.publishers > 1 and not sender.joints and not sender.transforms:
             topic += ", publisher: any"
         kind = sender.connection.msgtype.rpartition("/")[2]
@@ -261,7 +262,7 @@ def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
                     likely = any(word in joint for word in ("slide", "lift", "linear", "prismatic"))
                     yield 2 - 2 * likely, "travel", _entry(topic, "position", joint=joint)
         for frame in sender.transforms:
-            link = f"{{parent: {_quoted(frame.parent)}, child: {_quoted(frame.child)}}}"
+            link = f"{{parent: {quoted(frame.parent)}, child: {quoted(frame.child)}}}"
             place = f"topic: {topic}, frame: {link}, field: transform.translation.z"
             yield 3, "travel", f"{{{place}, scale: -1, tare: 0.5 s}}"
         if "pose.position.z" in sender.fields:
@@ -281,14 +282,16 @@ def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
 
 def _entry(topic: str, field_: str, **more: str) -> str:
     """Return an entry in YAML's flow style."""
-    parts = [f"topic: {topic}", f"field: {_quoted(field_)}"]
-    parts += [f"{key}: {_quoted(value)}" for key, value in more.items()]
+    parts = [f"topic: {topic}", f"field: {quoted(field_)}"]
+    parts += [f"{key}: {quoted(value)}" for key, value in more.items()]
     return "{" + ", ".join(parts) + "}"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """Return a text as YAML needs it."""
     plain = all(c.isalnum() or c in "/_.- " for c in text) and text.isascii()
     if (plain and not text.startswith(("-", " "))) or text == "-1":
         return text
+    if not text.isprintable():  # control codes must not reach a terminal or a file
+        return json.dumps(text)
     return "'" + text.replace("'", "''") + "'"

@@ -6,9 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
-from hma_gripper_sim.recordings.inspection import inspect_log, inspection_table, starter_map
+from hma_gripper_sim.recordings.inspection import (
+    inspect_log,
+    inspection_table,
+    quoted,
+    starter_map,
+)
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.signal_map import SignalMap
 
@@ -65,3 +71,11 @@ def test_damage_and_silence_are_said(entries: list[Any], write_log: Callable[...
     notes = inspect_log(path).notes
     assert any("is truncated" in note for note in notes)
     assert "/hma_gripper_sim/phi: no messages" in notes
+
+
+@pytest.mark.parametrize("name", ["/plain", "/two\nlines", "/red\x1b[31m", "it's", "-dash", "ü: x"])
+def test_names_stand_in_a_map_as_one_printable_line(name: str) -> None:
+    """Whatever a topic is called, the map gives it back, without control codes."""
+    line = f"{{topic: {quoted(name)}}}"
+    assert line.isprintable()
+    assert yaml.safe_load(line) == {"topic": name}
