@@ -90,7 +90,7 @@ def solve_accelerations(
         contact,
     )
     for k in range(modes.normal.size):
-        if _is_stuck(law, modes, k):
+        if is_stuck(law, modes, k):
             lack = modes.stick_force[k] - contact.friction_force[k]
             for j in range(3):
                 contact.wrench[j] += lack * contact.slip_row[k, j]
@@ -112,7 +112,7 @@ def solve_accelerations(
 
 
 @kernel
-def _is_stuck(law: ContactLaw, modes: ContactModes, k: int) -> bool:
+def is_stuck(law: ContactLaw, modes: ContactModes, k: int) -> bool:
     """Whether the friction of contact `k` is a multiplier."""
     held = modes.normal[k] != OPEN and modes.friction[k] == STICK
     return bool(held and law.friction > 0.0 and law.slip_velocity == 0.0)
@@ -137,7 +137,7 @@ def _share_sticks(
         side.change[j] = 0.0
     stuck = False
     for k in range(modes.normal.size):
-        stuck |= _is_stuck(law, modes, k)
+        stuck |= is_stuck(law, modes, k)
     if not stuck:
         return True
     for _ in range(SHARING_ROUNDS):
@@ -149,10 +149,10 @@ def _share_sticks(
                 matrix[i, j] = 1.0 if i == j else 0.0
             vector[i] = total
         for k in range(modes.normal.size):
-            if not _is_stuck(law, modes, k):
+            if not is_stuck(law, modes, k):
                 continue
             row = contact.slip_row[k]
-            grip, lack = _hold(compliance, row), contact.slip_drift[k]
+            grip, lack = hold_along(compliance, row), contact.slip_drift[k]
             for j in range(3):
                 lack += row[j] * acceleration[j]
             for i in range(3):
@@ -165,13 +165,13 @@ def _share_sticks(
         if not solve_dense(matrix, vector):
             return False
         for k in range(modes.normal.size):
-            if not _is_stuck(law, modes, k):
+            if not is_stuck(law, modes, k):
                 continue
             row = contact.slip_row[k]
             lack = contact.slip_drift[k]
             for j in range(3):
                 lack += row[j] * (acceleration[j] + vector[j])
-            force = -_hold(compliance, row) * lack
+            force = -hold_along(compliance, row) * lack
             contact.friction_force[k] += force
             for j in range(3):
                 side.change[j] += force * row[j]
@@ -179,7 +179,7 @@ def _share_sticks(
 
 
 @kernel
-def _hold(compliance: Array, row: Array) -> float:
+def hold_along(compliance: Array, row: Array) -> float:
     """Stiffness that holds a stick, from the tip's answer along its slip."""
     answer = 0.0
     for i in range(3):

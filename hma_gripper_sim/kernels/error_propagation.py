@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.accelerations import hold_along, is_stuck, solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, base_motion
 from hma_gripper_sim.kernels.chain import place, tip_pose
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import (
     OPEN,
-    STICK,
     ContactLaw,
     ContactModes,
     closing_margin,
@@ -37,7 +36,7 @@ DIFFERENCE = 1e-7  # rad; displacement by which directional derivatives are take
 LARGEST = 1.0  # rad; errors beyond mean that nothing is known any more
 FLOOR = 10.0  # tolerances: errors up to which nothing needs to move
 REMEMBERED = 0.8  # of what has moved lately, a step later
-HOLD = 1e7  # that keeps a stick, relative to the tip's own stiffness
+FIRMER = 1e3  # by which a stick is held harder than where only its force is asked for
 OWN = 0.2  # share of the embedded estimate, of order 3, that stands for the error of a step
 
 
@@ -86,16 +85,16 @@ def clear_error(error: ErrorWork, tolerance: float) -> None:
 
 @kernel
 def _displace(
-    model: Model, work: RadauWork, angle: float, rate: float, h: float, row: int, error: ErrorWork
+    model: Model, work: RadauWork, share: float, h: float, row: int, error: ErrorWork
 ) -> None:
     """Joint moments, pose and twist of the tip at the step's end, displaced along the error.
 
-    By `angle` times its angles, `rate` times its rates, and `h` times its rates in the angles.
+    By a `share` of it, and by what its rates add to the angles in the time `h`.
     """
     stages = work.stages
     for j in range(error.angle.size):
-        error.moved[0, j] = stages.q[2, j] + angle * error.angle[j] + h * error.rate[j]
-        error.moved[1, j] = stages.v[2, j] + rate * error.rate[j]
+        error.moved[0, j] = stages.q[2, j] + share * error.angle[j] + h * error.rate[j]
+        error.moved[1, j] = stages.v[2, j] + share * error.rate[j]
     q, v, wrench = error.moved[0], error.moved[1], work.contacts.wrench[2]
     place(model.chain, work.base, model.gravity, q, v, stages.a[2], work.chain, work.tip)
     imbalances(model.chain, q, v, wrench, work.chain, error.moment[row])
@@ -132,9 +131,9 @@ def propagate_error(
     if size > 0.0:
         base_motion(motion, segment, t + h, work.base)
         small = DIFFERENCE / size
-        _displace(model, work, 0.0, 0.0, 0.0, 2, error)
-        _displace(model, work, small, small, 0.0, 0, error)
-        _displace(model, work, 0.0, 0.0, small * h, 1, error)
+        _displace(model, work, 0.0, 0.0, 2, error)
+        _displace(model, work, small, 0.0, 0, error)
+        _displace(model, work, 0.0, small * h, 1, error)
         for row in range(2):
             for j in range(n):
                 error.moment[row, j] = (error.moment[row, j] - error.moment[2, j]) / small
@@ -240,18 +239,12 @@ def _contact_response(h: float, touching: bool, work: RadauWork, error: ErrorWor
 @kernel
 def _hold_sticks(law: ContactLaw, h: float, modes: ContactModes, contacts: StageContacts) -> None:
     """Let no error of the slip survive where set-valued friction sticks."""
-    if law.friction == 0.0 or law.slip_velocity > 0.0:
-        return
     for k in range(modes.normal.size):
-        if modes.normal[k] == OPEN or modes.friction[k] != STICK:
+        if not is_stuck(law, modes, k):
             continue
         for i in range(3):
             row = contacts.slip_row[i, k]
-            answer = 0.0
-            for m in range(3):
-                for j in range(3):
-                    answer += row[m] * contacts.hold[m, j] * row[j]
-            grip = HOLD * h / (GAMMA * answer)
+            grip = FIRMER * h / GAMMA * hold_along(contacts.hold, row)
             for m in range(3):
                 for j in range(3):
                     contacts.by_twist[i, m, j] -= grip * row[m] * row[j]

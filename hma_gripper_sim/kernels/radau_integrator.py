@@ -50,19 +50,16 @@ from hma_gripper_sim.kernels.integrator import (
 )
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
-    Stages,
     angle_error,
     guess_again,
     guess_first,
     guess_next,
     load_error,
-    parabola,
     powers,
     radau_step,
     radau_work,
 )
-from hma_gripper_sim.kernels.radau_contact import StageContacts
-from hma_gripper_sim.kernels.radau_method import INTEGRAL, NODES
+from hma_gripper_sim.kernels.radau_method import NODES, QUADRATURE
 from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
 
 Array = NDArray[np.float64]
@@ -93,7 +90,6 @@ LANDING = 1e-3  # s per tolerance: how exactly an event is met
 LATEST, EARLIEST = 2e-7, 1e-9  # s; bounds of that
 LANDINGS = 8  # repeated steps to one event
 TINY = 1e-300  # for a quotient
-CUT = 0.05  # of a step, by which it may be cut along its polynomials instead of being repeated
 KINK = 1e-3  # of the step: how exactly a kink of the contact's geometry is met at least
 KINK_HALVINGS = 40
 
@@ -124,8 +120,7 @@ class RadauScratch(NamedTuple):
     passage: PassageWork
     power: Array  # rates of `HalfState.work` [W], shape (4,)
     error: ErrorWork
-    # Length of the last step [s], 0: start afresh; error of the last one that found modes [rad].
-    going: Array  # shape (2,)
+    going: Array  # length of the last step [s], 0: start afresh; shape (1,)
 
 
 def radau_scratch(model: Model) -> RadauScratch:
@@ -143,7 +138,7 @@ def radau_scratch(model: Model) -> RadauScratch:
         passage_work(q.size, len(model.fingertip.points), k),
         np.zeros(4),
         error_work(q.size, k),
-        np.zeros(2),
+        np.zeros(1),
     )
 
 
@@ -214,12 +209,9 @@ def _first_zero(f: float, f0: float, f1: float, f2: float) -> float:
 
 
 @kernel
-def _first_event(margin: Array) -> tuple[float, float]:
-    """Share of the step at which the first contact would change its modes, or inf.
-
-    And how uncertain it is: what the cubic adds to the parabola through the stages there.
-    """
-    first, doubt = np.inf, 0.0
+def _first_event(margin: Array) -> float:
+    """Share of the step at which the first contact would change its modes, or inf."""
+    first = np.inf
     for k in range(margin.shape[1]):
         for event in range(2):
             f = margin[0, k, event]
@@ -228,13 +220,8 @@ def _first_event(margin: Array) -> tuple[float, float]:
                 # Contacts that share a force may be beyond their own margins: then what counts
                 # is whether they go further.
                 low = min(0.0, f) - ROUNDING * max(abs(f), abs(f0), abs(f1), abs(f2))
-                theta = _first_zero(f - low, f0 - low, f1 - low, f2 - low)
-                if theta < first:
-                    a, b, c = powers(f0 - f, f1 - f, f2 - f)
-                    slope = a + theta * (2.0 * b + theta * 3.0 * c)
-                    added = c * (theta - NODES[0]) * (theta - NODES[1]) * (1.0 - theta)
-                    first, doubt = theta, abs(added) / max(abs(slope), TINY)
-    return first, doubt
+                first = min(first, _first_zero(f - low, f0 - low, f1 - low, f2 - low))
+    return first
 
 
 @kernel
@@ -325,8 +312,12 @@ def _find_modes(
     state: HalfState,
     work: Work,
     scratch: RadauScratch,
-) -> bool:
-    """Take an implicit Euler step that finds the contact modes, and forces that go with them."""
+) -> float:
+    """Take an implicit Euler step that finds the contact modes, and forces that go with them.
+
+    Returns what it is off in the angle of a body [rad], which is also added to the error that is
+    carried along, or inf when there was no convergence.
+    """
     s, t = 1.0 / duration, state.clock[0] + duration
     contact = work.contact
     base_motion(motion, segment, t, work.base)
@@ -336,7 +327,7 @@ def _find_modes(
         scratch.q[i] = state.q[i] + duration * state.v[i]
     copy_modes(state.modes, contact.modes)
     if not solve_stage(model, s, 1e-12, state.q, state.v, scratch.q, scratch.v, scratch.a, work):
-        return False
+        return np.inf
     modes = state.modes
     copy_modes(contact.modes, modes)
     for k in range(modes.normal.size):
@@ -357,7 +348,6 @@ def _find_modes(
         state.q[i] = scratch.q[i]
         state.v[i] = scratch.v[i]
         state.a[i] = scratch.a[i]
-    scratch.going[1] = 0.5 * duration * largest
     step = scratch.step
     tip, found = step.tip, step.contacts.work
     if not solve_accelerations(
@@ -373,7 +363,7 @@ def _find_modes(
         step.tangent.real_side,
         found,
     ):
-        return False
+        return np.inf
     for j in range(3):
         state.wrench[j] = found.wrench[j]
     state.load[0] = tip.root_force[0]
@@ -396,7 +386,7 @@ def _find_modes(
             apart,
             scratch.margin[0, k],
         )
-    return True
+    return float(0.5 * duration * largest)
 
 
 @kernel
@@ -419,21 +409,13 @@ def _stage_margins(law: ContactLaw, modes: ContactModes, scratch: RadauScratch) 
 
 @kernel
 def _add_work(
-    model: Model,
-    motion: Motion,
-    segment: int,
-    t: float,
-    h: float,
-    theta: float,
-    work: Array,
-    step: RadauWork,
+    model: Model, motion: Motion, segment: int, t: float, h: float, work: Array, step: RadauWork
 ) -> None:
-    """Integrate the rates of `HalfState.work` over a share of a step into `work`, shape (4,)."""
+    """Integrate the rates of `HalfState.work` over a step into `work`, shape (4,)."""
     stages, found = step.stages, step.contacts
     for i in range(3):
         base_motion(motion, segment, t + NODES[i] * h, step.base)
-        share = INTEGRAL[1, i] + theta * INTEGRAL[2, i]
-        share = theta * h * (INTEGRAL[0, i] + theta * share)
+        share = QUADRATURE[i] * h
         work[0] -= share * stages.load[i] * step.base[1]
         for j in range(stages.v.shape[1]):
             work[1] += share * model.chain.damping[j] * stages.v[i, j] * stages.v[i, j]
@@ -441,22 +423,6 @@ def _add_work(
             work[2] -= share * found.wrench[i, j] * found.found_twist[i, j]
         for k in range(found.slip.shape[1]):
             work[3] -= share * found.friction_force[i, k] * found.slip[i, k]
-
-
-@kernel
-def _cut(theta: float, h: float, state: HalfState, stages: Stages, contacts: StageContacts) -> None:
-    """Shorten a step to a share `theta` of its length, along its polynomials."""
-    for j in range(state.q.size):
-        v0 = state.v[j]
-        a, b, c = powers(stages.v[0, j] - v0, stages.v[1, j] - v0, stages.v[2, j] - v0)
-        stages.v[2, j] = v0 + theta * (a + theta * (b + theta * c))
-        stages.a[2, j] = parabola(theta, stages.a[0, j], stages.a[1, j], stages.a[2, j])
-    guess_again(theta, stages.z, contacts)
-    for j in range(state.q.size):
-        stages.q[2, j] = state.q[j] + theta * h * state.v[j] + stages.z[2, j]
-    f0, f1, f2 = stages.load[0], stages.load[1], stages.load[2]
-    for i in range(3):
-        stages.load[i] = parabola(theta * NODES[i], f0, f1, f2)
 
 
 @kernel
@@ -521,13 +487,14 @@ def integrate_radau(
             duration = min(euler, stop - t)
             if tries == 0:
                 copy_modes(modes, scratch.error.modes)
-            if not _find_modes(model, motion, segment, duration, state, work, scratch):
+            off = _find_modes(model, motion, segment, duration, state, work, scratch)
+            if off == np.inf:
                 euler *= FAILED
                 if euler < SHORTEST_EULER:
                     return STUCK, filled
                 continue
             bound = CROWDED * ANGLE * estimate * min(1.0, clock[2] / model.bending)
-            reach = duration * np.sqrt(bound / max(scratch.going[1], TINY))
+            reach = duration * np.sqrt(bound / max(off, TINY))
             longest = max(brief, min(4.0 * duration, reach))
             clock[0] = stop if duration == stop - t else t + duration
             clock[1] = min(clock[1], restart)
@@ -544,9 +511,8 @@ def integrate_radau(
             if fresh:
                 euler = min(2.0 * euler, longest)
             else:
-                step.base[0] = work.base[0]
-                step.base[1] = work.base[1]
-                step.base[2] = work.base[2]
+                for j in range(3):
+                    step.base[j] = work.base[j]
                 delay_touches(
                     model, state.v, state.q, state.a, modes, t - last, step, scratch.error
                 )
@@ -559,7 +525,7 @@ def integrate_radau(
             guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
         else:
             guess_next(h / scratch.going[0], stages.z, contacts)
-        landings, landed, growth, theta = 0, False, GROW, 1.0
+        landings, landed, growth = 0, False, GROW
         while True:
             iterations = radau_step(
                 model,
@@ -587,7 +553,7 @@ def integrate_radau(
                 shorter = min(growth, SAFETY)
                 if landings > 0 or max(angle, load) <= 1.0:
                     _stage_margins(model.law, modes, scratch)
-                    event, doubt = _first_event(margin)
+                    event = _first_event(margin)
                     kink = _first_kink(model, modes, contacts.found_pose, scratch.pose)
                     close = met
                     landed = event < np.inf and event <= kink
@@ -612,9 +578,6 @@ def integrate_radau(
                     if (1.0 - event) * h <= close or landings > LANDINGS:
                         break
                     shorter = event + min(0.5 * close / h, 0.5 * (1.0 - event))
-                    if landed and kink == np.inf and shorter > 1.0 - CUT and doubt * h <= close:
-                        theta = shorter
-                        break
             state.counts[1] += 1
             h *= shorter
             if h < SMALLEST_STEP:
@@ -632,10 +595,7 @@ def integrate_radau(
         propagate_error(
             model, motion, segment, t, h, state.load[0], clock[2], modes, step, scratch.error
         )
-        _add_work(model, motion, segment, t, h, theta, state.work, step)
-        if theta < 1.0:
-            _cut(theta, h, state, stages, contacts)
-            h *= theta
+        _add_work(model, motion, segment, t, h, state.work, step)
         for i in range(n):
             state.q[i] = stages.q[2, i]
             state.v[i] = stages.v[2, i]
@@ -644,8 +604,7 @@ def integrate_radau(
             state.wrench[j] = contacts.wrench[2, j]
             scratch.pose[0, j] = contacts.found_pose[2, j]
         for k in range(count):
-            f = contacts.friction_force
-            modes.stick_force[k] = parabola(theta, f[0, k], f[1, k], f[2, k])
+            modes.stick_force[k] = contacts.friction_force[2, k]
             margin[0, k, 0] = margin[3, k, 0]
             margin[0, k, 1] = margin[3, k, 1]
         state.load[0] = stages.load[2]

@@ -42,7 +42,5 @@ POLYNOMIAL = np.linalg.inv(NODES[:, None] ** np.arange(1, 4))
 # The embedded solution of order 3, which also uses the rate at the step's start, differs by
 # ``EMBEDDED z / GAMMA``; of increments that are linear in time it is exact.
 EMBEDDED = np.array([-13.0 - 7.0 * ROOT, -13.0 + 7.0 * ROOT, -1.0]) / 3.0
-
-# The integral of the parabola through values `f` at the stages, from the step's start to the
-# share `theta` of it, is ``sum_ij INTEGRAL[j, i] f_i theta^(j + 1)`` times its length.
-INTEGRAL = np.linalg.inv(NODES[:, None] ** np.arange(3)) / np.arange(1.0, 4.0)[:, None]
+QUADRATURE = _WEIGHTS[2].copy()
+"""Weights of the stages in an integral over the step, relative to its length."""
