@@ -8,6 +8,8 @@ import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, RoundedBox
 
+pytest_plugins = ["made_up_logs"]
+
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # read when the message modules are imported
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
