@@ -79,8 +79,9 @@ ACTUATOR_WRENCH = NodeTopic(
 PHI = NodeTopic(
     f"{NODE}/phi",
     "sensor_msgs/msg/JointState",
-    meaning="`phi_left`, `phi_right`: angle between the top beam and a side beam, and its rate. "
-    "Every tick.",
+    meaning="`phi_left`, `phi_right`: angle between the top beam and a side beam, and its rate; "
+    "as effort the largest bending moment of any section of that side [N m], which `midpoint` and "
+    "`gauss` alone add: with `thesis` it is the largest effort in `joint_states`. Every tick.",
 )
 CONTOUR = NodeTopic(
     f"{NODE}/contour",

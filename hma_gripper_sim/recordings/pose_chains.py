@@ -6,6 +6,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,8 @@ from hma_gripper_sim.recordings.signal_sources import (
 )
 
 Part = tuple[Any, Samples | InputError]
-Gather = Callable[[Sequence[Signal]], Mapping[str, Sequence[Part]]]
-"""Reads a log and returns by name of signal what each connection on its topic says of it."""
+Gather = Callable[[Sequence[Signal]], Mapping[Signal, Sequence[Part]]]
+"""Reads a log and returns by signal what each connection on its topic says of it."""
 
 _STATIC = "_static"
 """Is appended to a topic of transforms: the one of those that do not move."""
@@ -84,24 +85,20 @@ def pose_along_frames(signal: Signal, gather: Gather) -> tuple[list[Part], str] 
         return None
     topics = (signal.topic, signal.topic + _STATIC)
     nobody = Field(POSE_FIELDS[0], frame=Frame("", ""))
-    parts = gather([_channel(signal, topic, topic, nobody) for topic in topics])
     known: dict[Frame, str] = {}
-    for topic in topics:
-        for _, samples in parts[topic]:
+    for entry, told in gather([_channel(signal, topic, nobody) for topic in topics]).items():
+        for _, samples in told:
             if isinstance(samples, Samples):
-                known.update(dict.fromkeys(samples.frames, topic))
+                known.update(dict.fromkeys(samples.frames, entry.topic))
     links = _path([(f.parent, f.child, f) for f in known], frame.parent, frame.child)
     if links is None:
         return None
     wanted = [
-        _channel(signal, known[link], f"{number} {path}", Field(path, frame=link))
-        for number, (link, _) in enumerate(links)
-        for path in POSE_FIELDS
+        [_channel(signal, known[link], Field(path, frame=link)) for path in POSE_FIELDS]
+        for link, _ in links
     ]
-    parts = gather(wanted)
-    courses = [
-        _course([parts[f"{number} {path}"] for path in POSE_FIELDS]) for number in range(len(links))
-    ]
+    parts = gather([*chain.from_iterable(wanted)])
+    courses = [_course([parts[entry] for entry in of_link]) for of_link in wanted]
     moving = [c for c, (link, _) in zip(courses, links, strict=True) if known[link] == topics[0]]
     base = _base(moving or courses)
     poses = None
@@ -111,7 +108,7 @@ def pose_along_frames(signal: Signal, gather: Gather) -> tuple[list[Part], str] 
         one = one if is_down else one.inverse()
         poses = one if poses is None else poses.then(one)
     said = " and ".join(str(link) for link, _ in links)
-    return [(parts[wanted[0].name][0][0], _samples(signal, base, poses))], said
+    return [(parts[wanted[0][0]][0][0], _samples(signal, base, poses))], said
 
 
 def pose_along_joints(signal: Signal, gather: Gather) -> list[Part]:
@@ -144,8 +141,9 @@ def pose_along_joints(signal: Signal, gather: Gather) -> list[Part]:
             raise InputError(f"no joint {name!r}, which another mimics", source=source.file)
     if not names:
         raise InputError("no joint between these links moves", source=source.file)
-    parts = gather([_channel(signal, signal.topic, n, Field("position", joint=n)) for n in names])
-    courses = {name: _course([parts[name]]) for name in names}
+    wanted = [_channel(signal, signal.topic, Field("position", joint=name)) for name in names]
+    parts = gather(wanted)
+    courses = {name: _course([parts[w]]) for name, w in zip(names, wanted, strict=True)}
     base = _base([*courses.values()])
     poses = None
     for joint, is_down in links:
@@ -157,12 +155,12 @@ def pose_along_joints(signal: Signal, gather: Gather) -> list[Part]:
         one = _of_joint(joint, position)
         one = one if is_down else one.inverse()
         poses = one if poses is None else poses.then(one)
-    return [(parts[names[0]][0][0], _samples(signal, base, poses))]
+    return [(parts[wanted[0]][0][0], _samples(signal, base, poses))]
 
 
-def _channel(signal: Signal, topic: str, name: str, source: Field) -> Signal:
+def _channel(signal: Signal, topic: str, source: Field) -> Signal:
     """Return what is read as it is, at the same clock and of the same publisher."""
-    return Signal(name, topic, source, clock=signal.clock, publisher=signal.publisher)
+    return Signal(signal.name, topic, source, clock=signal.clock, publisher=signal.publisher)
 
 
 def _path(links: Sequence[tuple[str, str, Any]], start: str, end: str) -> list[Any] | None:

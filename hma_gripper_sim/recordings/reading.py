@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,15 +82,15 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
         The log cannot be read; or a signal that is not optional is missing, is nowhere finite, or
         is published more than once; or its stamps run back, or jump, by more than a recorder does.
     """
-    entries = (signal_map or SignalMap.sim_node()).signals
     log = Log(path)
     try:
-        parts = _gather(log, entries)
+        parts = _gather(log, (signal_map or SignalMap.sim_node()).signals)
+        entries = _held(parts)
         for signal in entries:
             _put_together(log, signal, parts)
         taken: dict[str, tuple[Ints, FloatArray]] = {}
         for signal in entries:
-            samples = assemble(signal, parts[signal.name], log.findings)
+            samples = assemble(signal, parts[signal], log.findings)
             if samples is not None:
                 taken[signal.name] = samples
         refuse_other_clocks({name: int(stamps[0]) for name, (stamps, _) in taken.items()})
@@ -144,32 +144,44 @@ def read_poses(
     return poses
 
 
-def _put_together(log: Log, signal: Signal, parts: dict[str, list[Part]]) -> None:
+def _held(parts: Mapping[Signal, Sequence[Part]]) -> list[Signal]:
+    """Return the entry of each name that the log holds first, or else the last."""
+    held: dict[str, Signal] = {}
+    for signal in parts:
+        if signal.name not in held or not _has_samples(parts[held[signal.name]]):
+            held[signal.name] = signal
+    return [*held.values()]
+
+
+def _has_samples(said: Sequence[Part]) -> bool:
+    return any(isinstance(samples, Samples) and samples.values for _, samples in said)
+
+
+def _put_together(log: Log, signal: Signal, parts: dict[Signal, list[Part]]) -> None:
     """Put together what no message holds by itself: poses along chains of frames or joints."""
 
-    def gather(entries: Sequence[Signal]) -> dict[str, list[Part]]:
+    def gather(entries: Sequence[Signal]) -> dict[Signal, list[Part]]:
         return _gather(Log(log.source), entries)
 
     try:
         if isinstance(signal.source, Robot):
-            parts[signal.name] = pose_along_joints(signal, gather)
+            parts[signal] = pose_along_joints(signal, gather)
             return
-        said = parts[signal.name]
-        if any(isinstance(samples, Samples) and samples.values for _, samples in said):
+        if _has_samples(parts[signal]):
             return
         chain = pose_along_frames(signal, gather)
     except InputError as error:
         reason = f"{signal.name}: {error.reason}"
         raise InputError(reason, field=error.field or signal.topic, source=error.source) from None
     if chain is not None:
-        parts[signal.name], transforms = chain
+        parts[signal], transforms = chain
         log.findings.note(f"{signal.topic}: {signal.name} was put together from {transforms}")
 
 
-def _gather(log: Log, entries: Sequence[Signal]) -> dict[str, list[Part]]:
-    """Read the log; return by name of signal what each connection on its topic says of it."""
+def _gather(log: Log, entries: Sequence[Signal]) -> dict[Signal, list[Part]]:
+    """Read the log; return by signal what each connection on its topic says of it."""
     by_topic: dict[str, list[Signal]] = defaultdict(list)
-    for signal in entries:
+    for signal in dict.fromkeys(entries):
         by_topic[signal.topic].append(signal)
     gatherers: dict[Connection, Gatherer | InputError] = {}
     for batch in log.batches(by_topic):
@@ -179,11 +191,11 @@ def _gather(log: Log, entries: Sequence[Signal]) -> dict[str, list[Part]]:
             gatherer = gatherers[connection]
             if isinstance(gatherer, Gatherer):
                 gatherer.add(messages)
-    parts: dict[str, list[Part]] = {signal.name: [] for signal in entries}
+    parts: dict[Signal, list[Part]] = {signal: [] for signal in entries}
     for connection, gatherer in gatherers.items():
         for k, signal in enumerate(by_topic[connection.topic]):
             said = gatherer.samples[k] if isinstance(gatherer, Gatherer) else gatherer
-            parts[signal.name].append((connection, said))
+            parts[signal].append((connection, said))
     return parts
 
 

@@ -11,6 +11,7 @@ urdf            the joint states of a robot put its link ``child`` into ``parent
 direction       the field is a vector, of which the component along this one, such as
                 ``[0, 0.087, 0.996]``, is meant
 largest_but     instead of `joint`: the largest magnitude of all joints but this one
+largest_of      instead of `joint`: the largest magnitude of the joints in this list
 unit            that the log is in; SI if left out
 scale           factor, such as -1 where the log counts the other way (default 1)
 tare            the mean over this first time is taken as zero, and subtracted
@@ -21,6 +22,8 @@ time            ``header``: the stamp in the message, if it has one (default); `
 publisher       which publisher of the topic, if there are several; ``any``: all of them
 optional        true: a log need not have it
 ==============  ==========================================================================
+
+Where a signal has a list of such entries, the first that the log holds counts.
 """
 
 from __future__ import annotations
@@ -64,7 +67,7 @@ MAX_DELAY = 3600.0
 _CLOCKS = ("header", "log")
 
 _KEYS = (
-    *("topic", "field", "joint", "frame", "urdf", "direction", "largest_but"),
+    *("topic", "field", "joint", "frame", "urdf", "direction", "largest_but", "largest_of"),
     *("unit", "scale", "offset", "tare", "delay", "time", "publisher", "optional"),
 )
 
@@ -116,7 +119,7 @@ class SignalMap:
     Parameters
     ----------
     signals
-        Entries, no two of the same name.
+        Entries; of several of the same name the first counts that a log holds.
     """
 
     signals: tuple[Signal, ...]
@@ -146,7 +149,12 @@ class SignalMap:
             refuse_unknown(entries, tuple(SIGNAL_UNITS))
             if not entries:
                 raise InputError("names no signal")
-            return cls(tuple(_signal(name, entry, folder) for name, entry in entries.items()))
+            alternatives = (
+                (name, each)
+                for name, entry in entries.items()
+                for each in (entry if isinstance(entry, list) and entry else [entry])
+            )
+            return cls(tuple(_signal(name, entry, folder) for name, entry in alternatives))
         except InputError as error:
             raise error.within(field_prefix=field) from None
 
@@ -196,11 +204,15 @@ def _signal(name: str, entry: object, folder: Path) -> Signal:
 
 def _source(entry: dict[str, Any], folder: Path) -> Source:
     field = _text(entry, "field")
-    selectors = [key for key in ("joint", "frame", "urdf", "largest_but") if key in entry]
+    selectors = [
+        key for key in ("joint", "frame", "urdf", "largest_but", "largest_of") if key in entry
+    ]
     if len(selectors) > 1:
         raise InputError(f"cannot stand beside {selectors[0]!r}", field=selectors[1])
     if "largest_but" in entry:
-        return LargestMagnitude(field, _text(entry, "largest_but"))
+        return LargestMagnitude(field, without=_text(entry, "largest_but"))
+    if "largest_of" in entry:
+        return LargestMagnitude(field, among=_names(entry["largest_of"]))
     frame = _frame(entry, "frame", ()) if "frame" in entry else None
     if "direction" in entry:
         if selectors not in ([], ["frame"]):
@@ -228,6 +240,13 @@ def _frame(entry: dict[str, Any], key: str, more: tuple[str, ...]) -> Frame:
         return Frame(_text(fields, "parent"), _text(fields, "child"))
     except InputError as error:
         raise error.within(field_prefix=key) from None
+
+
+def _names(given: object) -> tuple[str, ...]:
+    """Return the joints of a list."""
+    if not isinstance(given, list) or not given or not all(isinstance(n, str) for n in given):
+        raise InputError(f"expected a list of joints, got {given!r}", field="largest_of")
+    return tuple(given)
 
 
 def _direction(given: object) -> tuple[float, float, float]:

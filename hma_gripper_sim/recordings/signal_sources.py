@@ -208,32 +208,41 @@ class Robot:
 
 @dataclass(frozen=True)
 class LargestMagnitude:
-    """The largest absolute entry of an array, of all joints but one.
-
-    Of the efforts, which are spring-damper moments, it is the largest bending moment (thesis 5.2).
+    """The largest absolute entry of an array, of some joints or of all but one.
 
     Parameters
     ----------
     field
         Dotted path of the array.
+    among
+        The joints that count; none: all.
     without
-        The joint that does not count. Messages that do not name it are about other robots.
+        The joint that does not count, where all others do.
+
+    Messages that do not name these joints are about other robots.
     """
 
     field: str
-    without: str
+    among: tuple[str, ...] = ()
+    without: str = ""
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The joints that tell the robot's messages from others."""
+        return self.among or (self.without,)
 
     @property
     def subject(self) -> str:
-        """The joint that does not count."""
-        return f"joint {self.without!r}"
+        """The joints that are named."""
+        return f"joint {', '.join(map(repr, self.named))}"
 
     def locate(self, layout: Layout) -> Place | None:
         """Find the entries."""
         names = _joint_names(layout)
-        if self.without not in names:
+        if not set(self.named) <= set(names):
             return None
-        kept = [index for index, name in enumerate(names) if name != self.without]
+        counted = self.among or {*names} - {self.without}
+        kept = [index for index, name in enumerate(names) if name in counted]
         if not kept:
             raise LackingError(f"a message has no {self.field!r} of a joint but {self.without!r}")
         places = [_joint_place(layout, self.field, names, index) for index in kept]

@@ -13,7 +13,7 @@ from hma_gripper_sim.bags.log_metadata import REMARKS_KEY, remarks_text
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.device.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.mechanics.outcome import SimulationError
-from hma_gripper_sim.model.joint_names import SLIDE
+from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.motion.prescribed_motion import follow, part_of
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.replay.course import Course
@@ -90,7 +90,7 @@ def replay(
     simulation = Simulation(parameters.scene, parameters.tolerance)
     companions = Companions(simulation)
     texts = metadata(parameters.given)
-    messages = TickMessages(parameters.scene.joint_names)
+    messages = TickMessages(parameters.scene)
     blocks, observed = [], []
     topics = (*STAMPED_TOPICS, CONTOUR, *((CMD_VELOCITY,) if len(course.commands.time) else ()))
     with LogWriter(output, topics, compressed=True, custom_data=texts) as log:
@@ -176,13 +176,12 @@ def _commands(course: Course, period_ns: int) -> Iterator[tuple[int, float]]:
 
 
 def _signals(trace: Trace, kept: slice) -> dict[str, FloatArray]:
-    revolute = [name != SLIDE for name in trace.joint_names]
     return {
         "travel": trace.travel[kept],
         "actuator_force": trace.actuator_force[kept],
         "phi_left": trace.phi_left[kept],
         "phi_right": trace.phi_right[kept],
-        "bending_moment": np.abs(trace.joint_effort[kept][:, revolute]).max(axis=1),
+        "bending_moment": np.maximum(*(trace.largest_moments(side)[kept] for side in SIDES)),
     }
 
 

@@ -6,7 +6,7 @@ numbers of a kind are put in their places at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from hma_gripper_sim.device.topics import (
     JOINT_STATES,
     PHI,
 )
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.results.bending_moments import joints_at_sections
 from hma_gripper_sim.results.robot_description import MOUNT
 from hma_gripper_sim.simulation.trace import Trace
 
@@ -36,16 +38,16 @@ class TickMessages:
 
     Parameters
     ----------
-    joint_names
-        In the order of the joint arrays.
+    scene
+        What is simulated.
     """
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
+    def __init__(self, scene: Scene) -> None:
         T = _STORE.types
         time = T["builtin_interfaces/msg/Time"](0, 0)
         header, joints = T["std_msgs/msg/Header"], T["sensor_msgs/msg/JointState"]
-        rows = placeholders(3, len(joint_names))
-        message = joints(header(time, ""), list(joint_names), *rows)
+        rows = placeholders(3, len(scene.joint_names))
+        message = joints(header(time, ""), list(scene.joint_names), *rows)
         self._joints = _template(JOINT_STATES, message, rows)
         vector, wrench = T["geometry_msgs/msg/Vector3"], T["geometry_msgs/msg/Wrench"]
         rows = placeholders(1, 1)
@@ -54,12 +56,21 @@ class TickMessages:
             wrench(vector(0.0, 0.0, float(rows[0, 0])), vector(0.0, 0.0, 0.0)),
         )
         self._force = _template(ACTUATOR_WRENCH, message, rows)
-        rows = placeholders(2, 2)
-        message = joints(header(time, ""), ["phi_left", "phi_right"], *rows, np.empty(0))
+        self._has_moments = not joints_at_sections(scene)
+        rows = placeholders(3 if self._has_moments else 2, 2)
+        moments = rows[2] if self._has_moments else np.empty(0)
+        message = joints(header(time, ""), ["phi_left", "phi_right"], *rows[:2], moments)
         self._phi = _template(PHI, message, rows)
 
     def of(self, trace: Trace, kept: slice, stamps: Stamps) -> Iterator[tuple[Topic, int, bytes]]:
         """Yield topic, stamp [ns] and bytes of every message of the kept samples of a trace."""
+        sides = ("left", "right")
+        of_phi = [
+            [trace.phi_left[kept], trace.phi_right[kept]],
+            [trace.phi_rate(side)[kept] for side in sides],
+        ]
+        if self._has_moments:
+            of_phi.append([trace.largest_moments(side)[kept] for side in sides])
         parts = (
             self._joints.repeated(
                 stamps,
@@ -68,11 +79,7 @@ class TickMessages:
                 trace.joint_effort[kept],
             ),
             self._force.repeated(stamps, trace.actuator_force[kept, None]),
-            self._phi.repeated(
-                stamps,
-                np.stack([trace.phi_left[kept], trace.phi_right[kept]], axis=1),
-                np.stack([trace.phi_rate("left")[kept], trace.phi_rate("right")[kept]], axis=1),
-            ),
+            self._phi.repeated(stamps, *(np.stack(numbers, axis=1) for numbers in of_phi)),
         )
         topics = (JOINT_STATES, ACTUATOR_WRENCH, PHI)
         for stamp, *messages in zip(stamps.tolist(), *parts, strict=True):

@@ -17,7 +17,14 @@ from hma_gripper_sim.mechanics.scene import Scene
 Array = NDArray[np.float64]
 
 
-def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -> Array:
+def joints_at_sections(scene: Scene) -> bool:
+    """Whether the moments of the scene's joints are the bending moments of its sections."""
+    return DISCRETISATIONS[scene.resolution.discretisation].joints_at_sections
+
+
+def section_moments(
+    scene: Scene, q: Array, v: Array, a: Array, wrench: Array, acceleration: Array
+) -> Array:
     """Bending moments along one half [N m], shape (r, n_sections).
 
     Parameters
@@ -26,14 +33,17 @@ def section_moments(scene: Scene, q: Array, v: Array, a: Array, wrench: Array) -
         Joint angles [rad], rates and accelerations of that half, shape (r, n).
     wrench
         Contact wrench on the tip (fx, fz, moment), shape (r, 3).
+    acceleration
+        Of the prismatic joint, positive towards the object [m/s^2], shape (r,).
     """
     half, chain = scene.half, scene.half.chain
     moment: Array = -(chain.stiffness * q + chain.damping * v)
-    if DISCRETISATIONS[scene.resolution.discretisation].joints_at_sections:
+    if joints_at_sections(scene):
         return moment
     motion = body_motion(chain, q, v, a)  # vectors of the plane as complex numbers, x + i z
     direction = motion.direction
-    load = -chain.mass * (motion.centre_acceleration + 1j * scene.gravity)
+    weight = chain.mass * (scene.gravity - acceleration)[:, None]  # as the moving base feels it
+    load: NDArray[np.complex128] = -chain.mass * motion.centre_acceleration - 1j * weight
     load[:, -1] += wrench[:, 0] + 1j * wrench[:, 1]
     force = -np.cumsum(load[:, ::-1], axis=1)[:, ::-1]  # of the inner on the outer part
 

@@ -40,13 +40,13 @@ class Pace:
         In how many of them time went on.
     busy, longest
         Time that all of them took, and the longest [s].
+    moment
+        Largest bending moment of any section [N m].
     """
 
-    def __init__(self, joints: int) -> None:
+    def __init__(self) -> None:
         self.ticks = self.moved = 0
-        self.busy = self.longest = 0.0
-        self._efforts = np.zeros(joints)
-        self._largest = np.zeros(joints)
+        self.busy = self.longest = self.moment = 0.0
 
     def add(self, state: SimulationState, took: float, *, moved: bool) -> None:
         """Count a tick that took so long [s]."""
@@ -54,13 +54,7 @@ class Pace:
         self.moved += moved
         self.busy += took
         self.longest = max(self.longest, took)
-        np.abs(state.joint_effort, out=self._efforts)
-        np.maximum(self._largest, self._efforts, out=self._largest)
-
-    @property
-    def moment(self) -> float:
-        """Largest moment of a revolute joint [N m]."""
-        return float(self._largest[1:].max())
+        self.moment = max(self.moment, state.moment_left, state.moment_right)
 
 
 class Diagnostics:

@@ -59,7 +59,7 @@ class Outputs:
     def __init__(self, node: Node, settings: Settings) -> None:
         scene = settings.scenes[settings.contour]
         self._node = node
-        self._state_messages = StateMessages(scene.joint_names, settings.prefix)
+        self._state_messages = StateMessages(scene, settings.prefix)
         self._states = [
             (_publisher(node, topic, STATE_QOS), message)
             for topic, message in self._state_messages.by_topic.items()
@@ -75,8 +75,7 @@ class Outputs:
         self._markers_due = 0.0
         self._diagnostics = _publisher(node, DIAGNOSTICS, QoSProfile(depth=10))
         self._reports = Diagnostics(node.get_fully_qualified_name().strip("/"), scene.design)
-        self._joints = len(scene.joint_names)
-        self._pace = Pace(self._joints)
+        self._pace = Pace()
         self._reported = time.monotonic()
         self._accounted = 0
 
@@ -134,7 +133,7 @@ class Outputs:
                 company=company.findings,
             )
             self._diagnostics.publish(report)
-            self._pace = Pace(self._joints)
+            self._pace = Pace()
             self._reported, self._accounted = now, accounted
 
     def _draw(self, settings: Settings, drive: Drive, stamp: int) -> None:

@@ -17,6 +17,8 @@ from sensor_msgs.msg import JointState
 
 from hma_gripper_sim.bags.message_template import MessageTemplate, placeholders
 from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
+from hma_gripper_sim.mechanics.scene import Scene
+from hma_gripper_sim.results.bending_moments import joints_at_sections
 from hma_gripper_sim.results.robot_description import MOUNT
 from hma_gripper_sim.simulation.simulation import SimulationState
 
@@ -38,8 +40,8 @@ class StateMessages:
 
     Parameters
     ----------
-    joint_names
-        In the order of the states.
+    scene
+        What is simulated.
     prefix
         Of names of joints and frames.
 
@@ -49,11 +51,11 @@ class StateMessages:
         Those of `STAMPED_TOPICS`.
     """
 
-    def __init__(self, joint_names: Sequence[str], prefix: str) -> None:
+    def __init__(self, scene: Scene, prefix: str) -> None:
         self.by_topic = {
-            JOINT_STATES: _joint_states(joint_names, prefix),
+            JOINT_STATES: _joint_states(scene.joint_names, prefix),
             ACTUATOR_WRENCH: _actuator_wrench(prefix),
-            PHI: _phi(),
+            PHI: _phi(has_moments=not joints_at_sections(scene)),
         }
 
     def fill(self, state: SimulationState, stamp: int) -> None:
@@ -66,9 +68,11 @@ class StateMessages:
         effort[:] = state.joint_effort
         (force,) = self.by_topic[ACTUATOR_WRENCH].numbers
         force[0] = state.actuator_force
-        angle, rate = self.by_topic[PHI].numbers
+        angle, rate, *moments = self.by_topic[PHI].numbers
         angle[:] = state.phi_left, state.phi_right
         rate[:] = state.phi_left_rate, state.phi_right_rate
+        for moment in moments:
+            moment[:] = state.moment_left, state.moment_right
 
 
 def _joint_states(joint_names: Sequence[str], prefix: str) -> MessageTemplate:
@@ -87,8 +91,10 @@ def _actuator_wrench(prefix: str) -> MessageTemplate:
     return template(message, rows)
 
 
-def _phi() -> MessageTemplate:
-    rows = placeholders(2, 2)
-    position, velocity = rows.tolist()
-    message = JointState(name=["phi_left", "phi_right"], position=position, velocity=velocity)
+def _phi(*, has_moments: bool) -> MessageTemplate:
+    rows = placeholders(3 if has_moments else 2, 2)
+    names = ["phi_left", "phi_right"]
+    message = JointState(name=names, position=rows[0].tolist(), velocity=rows[1].tolist())
+    if has_moments:
+        message.effort = rows[2].tolist()
     return template(message, rows)

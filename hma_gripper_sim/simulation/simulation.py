@@ -41,6 +41,7 @@ from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
 from hma_gripper_sim.mechanics.states import HalfRecord, Snapshot
 from hma_gripper_sim.motion.prescribed_motion import Velocity, evaluate, follow, ramp
+from hma_gripper_sim.results.bending_moments import section_moments
 from hma_gripper_sim.results.contact_warnings import PenetrationWarning, is_deep
 from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.trace import Trace, beam_tangent, joint_rows
@@ -77,6 +78,8 @@ class SimulationState:
         Angle between top beam and side beam, tangent at mid-length [rad, rad/s].
     joint_position, joint_velocity, joint_effort
         ``slide`` in m, m/s and N, all others in rad, rad/s and N m; shape (n_joints,).
+    moment_left, moment_right
+        Largest bending moment of any section of a side [N m] (`results.bending_moments`).
     """
 
     time: float
@@ -90,6 +93,8 @@ class SimulationState:
     joint_position: Array
     joint_velocity: Array
     joint_effort: Array
+    moment_left: float
+    moment_right: float
 
 
 class HalfRun(NamedTuple):
@@ -390,6 +395,15 @@ class Simulation:
             (right.q, right.v),
             (left.q, left.v),
         )
+        moments = section_moments(
+            self._scene,
+            np.stack([right.q, left.q]),
+            np.stack([right.v, left.v]),
+            np.stack([right.a, left.a]),
+            np.stack([right.wrench, left.wrench]),
+            np.full(2, self._acceleration),
+        )
+        moment_right, moment_left = np.abs(moments).max(axis=1).tolist()
         return SimulationState(
             time=self.time,
             travel=self.travel,
@@ -402,6 +416,8 @@ class Simulation:
             joint_position=position,
             joint_velocity=velocity,
             joint_effort=effort,
+            moment_left=moment_left,
+            moment_right=moment_right,
         )
 
     def snapshot(self) -> Snapshot:

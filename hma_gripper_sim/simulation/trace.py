@@ -20,7 +20,7 @@ from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.states import HalfRecord
 from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.motion.prescribed_motion import evaluate
-from hma_gripper_sim.results.bending_moments import section_moments
+from hma_gripper_sim.results.bending_moments import joints_at_sections, section_moments
 from hma_gripper_sim.results.contact_warnings import UnmodelledContactWarning
 from hma_gripper_sim.results.energy_balance import EnergyBalance, energy_balance
 from hma_gripper_sim.results.error_estimate import ErrorEstimate
@@ -160,9 +160,18 @@ class Trace:
         return self._joints[2]
 
     def largest_moments(self, side: str) -> Array:
-        """Largest bending moment of any section of one side [N m], shape (n_samples,)."""
+        """Largest bending moment of any section of one side [N m], shape (n_samples,).
+
+        Where joints stand at the sections it is the largest effort of that side's joints.
+        """
         record = self._record(side)
-        knots = section_moments(self.scene, record.q, record.v, record.a, record.wrench)
+        if joints_at_sections(self.scene):
+            columns = self.scene.joint_columns[SIDES.index(side)]
+            return np.asarray(np.abs(self.joint_effort[:, columns]).max(axis=1))
+        acceleration = evaluate(self._motion, record.time)[2]
+        knots = section_moments(
+            self.scene, record.q, record.v, record.a, record.wrench, acceleration
+        )
         if len(knots) == 1:
             return np.full(len(self.time), np.abs(knots).max())
         moments = PchipInterpolator(record.time, knots)(self.time)

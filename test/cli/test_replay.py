@@ -94,7 +94,7 @@ def test_the_output_can_be_thinned(run: Run, replayed: tuple[Path, Replay], tmp_
 
 
 def test_an_experiment_is_carried_out_and_gives_table_5_3(run: Run, tmp_path: Path) -> None:
-    shown = run("thesis_2013_box", "--set", "discretisation=midpoint")
+    shown = run("thesis_2013_box")
     assert shown.exit_code == 0, shown.output
     (row,) = result_of(tmp_path)["angles"]
     assert row["relative_error"] == pytest.approx(0.022, abs=0.001)

@@ -60,7 +60,8 @@ def test_sources_are_told_apart_by_what_selects() -> None:
     assert one().source == Field("b")
     assert one(joint="j").source == Field("b", joint="j")
     assert one(frame={"parent": "p", "child": "c"}).source == Field("b", frame=Frame("p", "c"))
-    assert one(largest_but="slide").source == LargestMagnitude("b", "slide")
+    assert one(largest_but="slide").source == LargestMagnitude("b", without="slide")
+    assert one(largest_of=["j", "k"]).source == LargestMagnitude("b", among=("j", "k"))
     assert one(publisher=3).publisher == "3"
 
 
@@ -70,6 +71,8 @@ def test_sources_are_told_apart_by_what_selects() -> None:
         ({}, None, "names no signal"),
         ({"force": {}}, "force", "unknown field"),
         ({"travel": "/a"}, "travel", "expected a mapping"),
+        ({"travel": []}, "travel", "expected a mapping"),
+        ({"travel": [{"topic": "/a"}]}, "travel.field", "is missing"),
         ({"travel": {"topic": "/a"}}, "travel.field", "is missing"),
         ({"travel": {"field": "b"}}, "travel.topic", "is missing"),
         ({"travel": {"topic": 3, "field": "b"}}, "travel.topic", "expected a text"),
@@ -99,6 +102,8 @@ def test_bad_maps_are_named(
         ("time", "receive", "time", "'header', 'log'"),
         ("optional", "yes please", "optional", "true or false"),
         ("joint", "", "joint", "expected a text"),
+        ("largest_of", "j", "largest_of", "expected a list"),
+        ("largest_of", [3], "largest_of", "expected a list"),
         ("frame", "tool", "frame", "'parent' and 'child'"),
         ("frame", {"child": "tool"}, "frame.parent", "is missing"),
         ("frame", {"parent": "a", "child": "b", "c": 1}, "frame.c", "unknown field"),

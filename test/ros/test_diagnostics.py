@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
@@ -31,15 +33,14 @@ def report(
     overruns=0,
     moved=100,
     factor=1.0,
-    effort=0.0,
+    moment=0.0,
     clock_elapsed=1.0,
     clock_problem="",
     company=(),
 ):
     """Levels and statuses by part, of a second in which so many ticks of 10 ms moved."""
-    state = SIMULATION.state()
-    state.joint_effort[5] = effort
-    pace = Pace(len(state.joint_effort))
+    state = replace(SIMULATION.state(), moment_left=moment)
+    pace = Pace()
     for i in range(100):
         pace.add(state, 0.002, moved=i < moved)
     message = diagnostics.report(
@@ -128,7 +129,7 @@ def test_stress_beyond_the_linear_range_warns(diagnostics, share, level):
     # Thesis Eq. 5.1: stress = M (w / 2) / I, of a section w thick and h high, I = h w³ / 12.
     inertia = DESIGN.height * DESIGN.width**3 / 12
     moment = share * DESIGN.material.stress_limit * inertia / (DESIGN.width / 2)
-    levels, parts = report(diagnostics, effort=-moment)
+    levels, parts = report(diagnostics, moment=moment)
     assert levels["stress"] == level
     assert f"{100 * share:.0f} %" in parts["stress"].message
 

@@ -10,7 +10,8 @@ from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
 
-def test_the_bytes_of_a_tick_say_what_the_state_is():
+@pytest.mark.parametrize("discretisation", ["thesis", "midpoint"])
+def test_the_bytes_of_a_tick_say_what_the_state_is(discretisation):
     from geometry_msgs.msg import WrenchStamped
     from rclpy.serialization import deserialize_message
     from sensor_msgs.msg import JointState
@@ -18,9 +19,15 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
     from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
     from hma_gripper_sim.ros.state_messages import StateMessages
 
-    scene = Scene(GripperDesign.thesis_2013(), Circle(0.015), clearance=0.001, offset=0.001)
+    scene = Scene(
+        GripperDesign.thesis_2013(),
+        Circle(0.015),
+        clearance=0.001,
+        offset=0.001,
+        discretisation=discretisation,
+    )
     simulation = Simulation(scene)
-    messages = StateMessages(scene.joint_names, "left_")
+    messages = StateMessages(scene, "left_")
     for stamp in (1, 1_700_000_000_123_456_789):  # filled again, nothing of before is left
         simulation.step(0.1, 0.02)
         state = simulation.state()
@@ -39,6 +46,8 @@ def test_the_bytes_of_a_tick_say_what_the_state_is():
         assert list(phi.position) == [state.phi_left, state.phi_right]
         assert list(phi.velocity) == [state.phi_left_rate, state.phi_right_rate]
         assert state.phi_left != state.phi_right
+        moments = [state.moment_left, state.moment_right]
+        assert list(phi.effort) == ([] if discretisation == "thesis" else moments)
         assert wrench.header.frame_id == "left_gripper_mount"
         force, torque = wrench.wrench.force, wrench.wrench.torque
         assert force.z == state.actuator_force
