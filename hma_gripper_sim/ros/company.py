@@ -29,7 +29,7 @@ MEMORY = 2.0
 class Company:
     """Looks at the graph once a second, and says in the log what it finds.
 
-    All of it happens in the callbacks' thread; only `findings` is for others.
+    All of it happens in the callbacks' thread; only the attributes are for others.
 
     Parameters
     ----------
@@ -46,12 +46,15 @@ class Company:
     ----------
     findings
         What is wrong at the last look, one sentence each.
+    clock_publishers
+        Full names of the nodes that publish /clock, where this node uses or publishes it.
     """
 
     def __init__(
         self, node: Node, slide: str, *, publishes_clock: bool, is_own: Callable[[bytes], bool]
     ) -> None:
         self.findings: tuple[str, ...] = ()
+        self.clock_publishers: tuple[str, ...] = ()
         self._node = node
         self._slide = slide
         self._publishes_clock = publishes_clock
@@ -94,9 +97,12 @@ class Company:
 
     def _clocks(self) -> Iterator[str]:
         if self._publishes_clock or self._node.get_parameter("use_sim_time").value:
-            publishers = self._publishers("/clock")
-            if len(publishers) > 1:
-                yield f"/clock has several publishers: {', '.join(publishers)}; time jumps"
+            self.clock_publishers = tuple(self._publishers("/clock"))
+            if len(self.clock_publishers) > 1:
+                yield (
+                    f"/clock has several publishers: {', '.join(self.clock_publishers)}; "
+                    "time jumps unless they agree"
+                )
 
     def _joints(self) -> Iterator[str]:
         """Listen to new publishers of joint states for a while: is this gripper's among them?"""

@@ -181,7 +181,7 @@ class SimNode:
             self._publish_slow()
 
     def _publish_slow(self) -> None:
-        problem = self._clock.problem
+        problem = self._clock.problem(self._company.clock_publishers)
         if problem and not self._clock_problem:
             self._log.warning(problem)
         self._clock_problem = problem

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections import deque
+from collections.abc import Sequence
 
 from rclpy.clock import Clock
 
 CLOCK_PATIENCE = 3.0
 """How long a simulated clock may stand before that is worth saying [s of this machine]."""
 
+SET_BACKS = 3
+"""So often in `CLOCK_PATIENCE` publishers that disagree set a clock back: a restart does it once."""
+
 
 class NodeClock:
-    """Reads the clock, and notices when a simulated one stands still.
+    """Reads the clock, and notices when a simulated one stands still, or runs to and fro.
 
     Parameters
     ----------
@@ -23,6 +28,7 @@ class NodeClock:
         self._clock = clock
         self._latest = 0
         self._moved = time.monotonic()
+        self._set_backs: deque[tuple[float, int]] = deque(maxlen=SET_BACKS)
 
     @property
     def simulated(self) -> bool:
@@ -34,15 +40,32 @@ class NodeClock:
         # The system's clock itself is ten times cheaper than by way of ROS.
         now = int(self._clock.now().nanoseconds) if self.simulated else time.time_ns()
         if now != self._latest:
-            self._latest, self._moved = now, time.monotonic()
+            moved = time.monotonic()
+            if now < self._latest and self.simulated:
+                self._set_backs.append((moved, self._latest - now))
+            self._latest, self._moved = now, moved
         return now
 
-    @property
-    def problem(self) -> str:
-        """What is wrong with the clock at the last reading; empty: nothing."""
-        stood = time.monotonic() - self._moved
-        if not self.simulated or stood < CLOCK_PATIENCE:
+    def problem(self, publishers: Sequence[str]) -> str:
+        """Say what is wrong with the clock at the last reading; empty: nothing.
+
+        Parameters
+        ----------
+        publishers
+            Full names of the nodes that publish /clock, as far as they are known.
+        """
+        if not self.simulated:
+            return ""
+        now = time.monotonic()
+        sent = f" (published by {' and '.join(publishers)})" if publishers else ""
+        backs = self._set_backs
+        if len(backs) == SET_BACKS and backs[0][0] > now - CLOCK_PATIENCE:
+            back = 1e-9 * max(back for _, back in backs)
+            return f"/clock is set back again and again, by {back:.3g} s{sent}"
+        if now - self._moved < CLOCK_PATIENCE:
             return ""
         if self._latest == 0:
-            return "use_sim_time is true, but nothing has come on /clock: the node waits for it"
-        return f"/clock stands still at {1e-9 * self._latest:.3f} s: the node waits for it"
+            return (
+                f"use_sim_time is true, but nothing has come on /clock{sent}: the node waits for it"
+            )
+        return f"/clock stands still at {1e-9 * self._latest:.3f} s{sent}: the node waits for it"

@@ -129,7 +129,7 @@ class Outputs:
                 factor=settings.real_time_factor,
                 elapsed=now - self._reported,
                 clock_elapsed=1e-9 * (accounted - self._accounted),
-                clock_problem=clock.problem,
+                clock_problem=clock.problem(company.clock_publishers),
                 company=company.findings,
             )
             self._diagnostics.publish(report)

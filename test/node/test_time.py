@@ -161,6 +161,32 @@ def test_a_second_publisher_of_the_clock_is_named(start_node, connect):
     client.wait(lambda: reports and text in message_of(reports, "graph"))
 
 
+def test_publishers_of_the_clock_that_disagree_are_named(start_node, connect):
+    """They are 95 s apart: no tick fell behind, and the clock neither stands nor fails to come."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from rclpy.time import Time
+    from rosgraph_msgs.msg import Clock
+
+    process = start_node(use_sim_time=True)
+    client = connect(process, ticking=False)
+    reports = client.listen(DiagnosticArray, "/diagnostics")
+    other = client.publisher(Clock, "/clock", of="bag_player")
+    count = 0
+
+    def has_said(part, text):
+        nonlocal count
+        count += 1
+        client.publish_clock(100_000_000_000 + count * PERIOD_NS)
+        other.publish(Clock(clock=Time(nanoseconds=5_000_000_000 + count * PERIOD_NS).to_msg()))
+        return reports and text in message_of(reports, part)
+
+    text = "/clock is set back again and again, by 95 s (published by /bag_player and /test_client)"
+    client.wait(lambda: has_said("timing", text))
+    client.wait(lambda: has_said("graph", "/clock has several publishers: /bag_player, /test_cl"))
+    assert "/clock is set back again and again, by 95 s" in process.output("stderr")
+    assert "/clock has several publishers: /bag_player, /test_client" in process.output("stderr")
+
+
 def test_a_trajectory_of_another_clock_is_refused(start_node, connect):
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
