@@ -52,6 +52,14 @@ html_option = click.option(
     help="Signal map of EXPERIMENT, if that is a log (YAML). Default: as the node publishes.",
 )
 @click.option(
+    "--sim-signals",
+    "simulated_map",
+    type=FILE,
+    metavar="MAP",
+    help="Signal map of SIM (YAML), if its node had a prefix or a namespace. Default: as the node "
+    "publishes without them.",
+)
+@click.option(
     "--align",
     type=click.Choice(["auto", "stamps", "travel"]),
     default="auto",
@@ -77,6 +85,7 @@ def compare(
     simulated: Path,
     experiment: Path,
     signal_map: Path | None,
+    simulated_map: Path | None,
     align: str,
     instants: tuple[float, ...],
     max_errors: tuple[str, ...],
@@ -110,6 +119,7 @@ def compare(
     result = compare_files(
         simulated,
         experiment,
+        simulated_map=simulated_map,
         signal_map=signal_map,
         method=align,
         instants=instants,

@@ -91,6 +91,7 @@ def compare_files(
     simulated: Path,
     experiment: Path,
     *,
+    simulated_map: Path | None = None,
     signal_map: Path | None = None,
     method: str = "auto",
     instants: Sequence[float] = (),
@@ -101,8 +102,9 @@ def compare_files(
 
     Parameters
     ----------
-    signal_map
-        File that says where the signals of that log are; None: where the node publishes them.
+    simulated_map, signal_map
+        Files that say where the signals of the one and the other log are; None: where the node
+        publishes them.
     method, instants, bounds, least_coverage
         See `compare_recordings`.
 
@@ -111,7 +113,7 @@ def compare_files(
     InputError
         Something given cannot be used; see there as well.
     """
-    recording = read_recording(simulated)
+    recording = read_recording(simulated, _entries(simulated_map))
     recording = replace(recording, notes=(*read_remarks(simulated), *recording.notes))
     facts = simulation_facts(logged_parameters(simulated))
     if is_experiment(experiment):
@@ -127,10 +129,9 @@ def compare_files(
             least_coverage=least_coverage,
         )
         return replace(result, simulation=facts)
-    entries = None if signal_map is None else SignalMap.from_yaml(signal_map)
     result = compare_recordings(
         recording,
-        read_recording(experiment, entries),
+        read_recording(experiment, _entries(signal_map)),
         title=f"{simulated.name} compared with {experiment.name}",
         method=method,
         instants=instants,
@@ -138,6 +139,10 @@ def compare_files(
         least_coverage=least_coverage,
     )
     return replace(result, simulation=facts, signal_map=str(signal_map or ""))
+
+
+def _entries(signal_map: Path | None) -> SignalMap | None:
+    return None if signal_map is None else SignalMap.from_yaml(signal_map)
 
 
 def compare_experiment(

@@ -42,6 +42,10 @@ Part = tuple[Connection, Samples | InputError]
 """What a connection says of a signal, or why its messages cannot be read."""
 
 
+class AbsentError(InputError):
+    """A log has nothing at the place where a signal is looked for."""
+
+
 def assemble(
     signal: Signal, parts: Sequence[Part], findings: Findings
 ) -> tuple[Ints, FloatArray] | None:
@@ -79,7 +83,7 @@ def assemble(
         return stamps - round(signal.delay * 1e9), value
     except InputError as error:
         reason = f"{signal.name}: {error.reason}"
-        raise InputError(reason, field=signal.topic, source=error.source) from None
+        raise type(error)(reason, field=signal.topic, source=error.source) from None
 
 
 def _chosen(
@@ -93,7 +97,7 @@ def _chosen(
         is_wrong = any(isinstance(s, Samples) and s.is_wrong for _, s in parts)
         if signal.optional and not is_wrong:
             return None
-        raise InputError(_absence(signal, parts, findings))
+        raise AbsentError(_absence(signal, parts, findings))
     if signal.publisher is None:
         most = Counter(connection.file for connection, _ in said).most_common(1)[0]
         if most[1] > 1:

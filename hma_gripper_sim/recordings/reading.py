@@ -14,7 +14,7 @@ from hma_gripper_sim.bags.message_batches import Connection, Ints, absolute, sho
 from hma_gripper_sim.bags.stored_log import Log
 from hma_gripper_sim.device.topics import JOINT_STATES
 from hma_gripper_sim.errors import InputError, first_line
-from hma_gripper_sim.recordings.assembly import Part, assemble, missing_topic
+from hma_gripper_sim.recordings.assembly import AbsentError, Part, assemble, missing_topic
 from hma_gripper_sim.recordings.gathering import Gatherer, Samples
 from hma_gripper_sim.recordings.plausibility import doubts
 from hma_gripper_sim.recordings.pose_chains import pose_along_frames, pose_along_joints
@@ -25,6 +25,13 @@ from hma_gripper_sim.recordings.stamps import refuse_other_clocks
 
 _NEVER = 2**63
 """A stamp [ns] after all others."""
+
+_REMEDY = (
+    "looked for where a node without prefix and namespace publishes it; for other names "
+    "'hma_gripper inspect LOG --map FILE' proposes a signal map, which '--signals FILE' takes, or "
+    "'--sim-signals FILE' for the simulated log of a comparison"
+)
+"""What to do about a signal that the shipped signal map does not find."""
 
 
 class Message(NamedTuple):
@@ -95,7 +102,8 @@ def read_recording(path: str | Path, signal_map: SignalMap | None = None) -> Rec
                 taken[signal.name] = samples
         refuse_other_clocks({name: int(stamps[0]) for name, (stamps, _) in taken.items()})
     except InputError as error:
-        reason = "; ".join((error.reason, *log.findings.losses))
+        remedy = (_REMEDY,) if signal_map is None and isinstance(error, AbsentError) else ()
+        reason = "; ".join((error.reason, *remedy, *log.findings.losses))
         raise InputError(reason, field=error.field, source=error.source or log.source) from None
     start = min((int(stamps[0]) for stamps, _ in taken.values()), default=0)
     signals: dict[str, Series] = {}

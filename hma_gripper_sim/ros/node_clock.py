@@ -12,7 +12,7 @@ CLOCK_PATIENCE = 3.0
 """How long a simulated clock may stand before that is worth saying [s of this machine]."""
 
 SET_BACKS = 3
-"""So often in `CLOCK_PATIENCE` publishers that disagree set a clock back: a restart does it once."""
+"""So often within `CLOCK_PATIENCE` publishers that disagree set a clock back: a restart once."""
 
 
 class NodeClock:

@@ -25,7 +25,12 @@ def write_log(tmp_path: Path) -> Callable[..., Path]:
     """Write a log of a stroke; φ and force are functions of the travel."""
 
     def write(
-        name: str, *, start: int = START, phi_offset: float = 0.0, force_offset: float = 0.0
+        name: str,
+        *,
+        start: int = START,
+        phi_offset: float = 0.0,
+        force_offset: float = 0.0,
+        prefix: str = "",
     ) -> Path:
         path = tmp_path / name
         header = T["std_msgs/msg/Header"]
@@ -42,11 +47,20 @@ def write_log(tmp_path: Path) -> Callable[..., Path]:
                 two, none = np.array([travel, 0.0]), np.zeros(2)
                 moment = np.array([force, 1e-3 * pressed])
                 for topic, message in (
-                    (JOINT_STATES, joints(time, ["slide", "top_right_1"], two, none, moment)),
+                    (
+                        JOINT_STATES,
+                        joints(time, [f"{prefix}slide", f"{prefix}top_1"], two, none, moment),
+                    ),
                     (ACTUATOR_WRENCH, T["geometry_msgs/msg/WrenchStamped"](time, wrench)),
                     (
                         PHI,
-                        joints(time, ["phi_left", "phi_right"], np.full(2, phi), none, np.empty(0)),
+                        joints(
+                            time,
+                            [f"{prefix}phi_left", f"{prefix}phi_right"],
+                            np.full(2, phi),
+                            none,
+                            np.empty(0),
+                        ),
                     ),
                 ):
                     data = bytes(STORE.serialize_cdr(message, topic.msgtype))

@@ -35,6 +35,11 @@ def run(*arguments: object) -> Result:
     return CliRunner().invoke(cli, ["compare", *map(str, arguments)])
 
 
+def replay(log: Path, output: Path) -> Result:
+    arguments = ["replay", str(log), "--contour", "box", "--output", str(output)]
+    return CliRunner().invoke(cli, arguments)
+
+
 def test_a_log_compared_with_itself_has_no_error_at_all(
     write_log: WriteLog, tmp_path: Path
 ) -> None:
@@ -62,6 +67,28 @@ def test_what_a_log_says_about_its_error_is_shown(write_log: WriteLog) -> None:
     metadata.write_text(yaml.safe_dump(content))
     shown = run(log, log).output
     assert f"note: {log}: estimated error: 0.1 %" in shown
+
+
+@pytest.mark.parametrize("prefix", ["left_", "right_"])
+def test_log_of_a_node_with_a_prefix_is_refused_with_the_way_to_read_it(
+    write_log: WriteLog, tmp_path: Path, prefix: str
+) -> None:
+    """The remedy is followed: both logs are of one motion, so that no error is left."""
+    log, plain, map_file = (
+        write_log("log", prefix=prefix),
+        write_log("plain"),
+        tmp_path / "map.yaml",
+    )
+    for refused in (run(log, plain), run(plain, log), replay(log, tmp_path / "out")):
+        assert refused.exit_code == 2
+        assert refused.output.count("\n") == 1
+        assert f"no message is about joint 'slide' (there are: {prefix}slide" in refused.output
+        assert "hma_gripper inspect LOG --map FILE" in refused.output
+    made = CliRunner().invoke(cli, ["inspect", str(log), "--map", str(map_file)])
+    assert made.exit_code == 0, made.output
+    bounds = [f"--max-error={name}=0%" for name in ("phi", "force", "travel")]
+    assert run(plain, log, "--signals", map_file, *bounds).exit_code == 0
+    assert run(log, plain, "--sim-signals", map_file, *bounds).exit_code == 0
 
 
 @pytest.mark.parametrize(("limit", "code"), [("0.02N", 0), ("0.005N", 1), ("3%", 0), ("2%", 1)])
