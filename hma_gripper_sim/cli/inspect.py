@@ -22,8 +22,8 @@ def inspect(log: Path, map_file: Path | None) -> None:
     """Say what is in a log, and propose a signal map to edit.
 
     Shown are the time span, the topics with their types, publishers, rates, joints, frames and
-    fields, and what is damaged or cannot be read. The signal map holds what each signal may be,
-    guessed from types and names.
+    fields, and what is damaged or cannot be read. The signal map holds where each signal may be,
+    guessed from types and names: the likeliest place, and others as comments.
 
     \b
     Exit code: 0  read
@@ -40,11 +40,12 @@ def inspect(log: Path, map_file: Path | None) -> None:
     from hma_gripper_sim.cli.printing import print_line, print_notes, print_tables
     from hma_gripper_sim.errors import InputError
     from hma_gripper_sim.recordings.inspection import (
+        PUBLISHERS,
         heading,
         inspect_log,
         inspection_table,
-        starter_map,
     )
+    from hma_gripper_sim.recordings.starter_map import starter_map
 
     if map_file is not None and map_file.exists():
         raise InputError("exists already", field="--map", source=str(map_file))
@@ -56,6 +57,7 @@ def inspect(log: Path, map_file: Path | None) -> None:
     print_line(console, heading(found))
     print_notes(console, found.notes)
     print_tables(console, [inspection_table(found)])
+    print_line(console, f"{PUBLISHERS}.")
     if map_file is not None:
         print_line(console, f"wrote {map_file}")
     else:

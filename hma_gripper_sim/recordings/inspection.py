@@ -1,10 +1,7 @@
-"""What is in a log: topics, joints, frames and fields, and where the signals may be."""
+"""What is in a log: topics, publishers, joints, frames and fields."""
 
 from __future__ import annotations
 
-import json
-from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -23,8 +20,11 @@ from hma_gripper_sim.recordings.signal_sources import Frame, joint_names, transf
 _LISTED = 12
 """Joints, frames and fields that a table names of each topic."""
 
-_GUESSED = 6
-"""Places of a signal that a starter map names."""
+PUBLISHERS = (
+    "publisher: what 'publisher' in a signal map chooses: the number of mcap's channel or of db3's "
+    "topic, or the sender's name in ROS 1; 'N together': the recorder did not tell N senders apart"
+)
+"""Explains a column of the table."""
 
 
 @dataclass
@@ -209,89 +209,3 @@ def inspection_table(inspection: Inspection) -> Table:
         )
         table.add_row(*(escape(printable(cell)) for cell in cells))
     return table
-
-
-def starter_map(inspection: Inspection) -> str:
-    """Return a signal map to edit: where each signal may be, the likeliest first."""
-    lines = [
-        "# Where the signals may be, guessed from types and names: keep one of each, and check",
-        "# sign, unit and tare. All are positive towards the object (docs/logs.md).",
-    ]
-    for name, guesses in _guesses(inspection).items():
-        if not guesses:
-            lines += ["", f"# {name}: found nothing that it could be"]
-        for index, guess in enumerate([*dict.fromkeys(guesses)][:_GUESSED]):
-            mark = "" if index == 0 else "# "
-            lines += [""] if index == 0 else []
-            lines += [f"{mark}{name}: {guess}"]
-    return "\n".join(lines) + "\n"
-
-
-def _guesses(inspection: Inspection) -> dict[str, list[str]]:
-    """Return by signal the entries that may be right, in order."""
-    guesses: dict[str, list[str]] = {
-        name: []
-        for name in ("travel", "velocity_command", "actuator_force", "phi_left", "phi_right")
-    }
-    for _, name, entry in sorted(_candidates(inspection)):
-        guesses[name].append(entry)
-    return guesses
-
-
-def _candidates(inspection: Inspection) -> Iterator[tuple[int, str, str]]:
-    """Yield how far-fetched an entry is, the signal, and the entry."""
-    senders = Counter((s.connection.file, s.connection.topic) for s in inspection.senders)
-    for sender in inspection.senders:
-        topic = quoted(sender.connection.topic)
-        if senders[sender.connection.file, sender.connection.topic] > 1:
-            topic += f", publisher: {quoted(sender.connection.publisher)}"
-        elif sender.connection.publishers > 1 and not sender.joints and not sender.transforms:
-            topic += ", publisher: any"
-        kind = sender.connection.msgtype.rpartition("/")[2]
-        is_command = any(word in sender.connection.topic for word in ("cmd", "command"))
-        for side in ("left", "right"):
-            for joint in sender.joints:
-                if "phi" in joint and side in joint:
-                    yield 0, f"phi_{side}", _entry(topic, "position", joint=joint)
-            if "phi" in sender.connection.topic and "data[]" in sender.fields:
-                index = int(side == "right")
-                yield 1, f"phi_{side}", _entry(topic, f"data[{index}]", unit="deg")
-        if "position[]" in sender.fields and not is_command:
-            for joint in sender.joints:
-                if "phi" not in joint:
-                    likely = any(word in joint for word in ("slide", "lift", "linear", "prismatic"))
-                    yield 2 - 2 * likely, "travel", _entry(topic, "position", joint=joint)
-        for frame in sender.transforms:
-            link = f"{{parent: {quoted(frame.parent)}, child: {quoted(frame.child)}}}"
-            place = f"topic: {topic}, frame: {link}, field: transform.translation.z"
-            yield 3, "travel", f"{{{place}, scale: -1, tare: 0.5 s}}"
-        if "pose.position.z" in sender.fields:
-            yield 1, "travel", _entry(topic, "pose.position.z", scale="-1", tare="0.5 s")
-        if "wrench.force.z" in sender.fields:
-            ours = "actuator" in sender.connection.topic
-            extra = {} if ours else {"scale": "-1", "tare": "0.5 s"}
-            yield int(not ours), "actuator_force", _entry(topic, "wrench.force.z", **extra)
-        if "force" in sender.connection.topic and "data" in sender.fields:
-            yield 2, "actuator_force", _entry(topic, "data", tare="0.5 s")
-        if is_command and "data" in sender.fields and kind.startswith("Float"):
-            yield 0, "velocity_command", _entry(topic, "data", optional="true")
-        for path in ("twist.linear.z", "linear.z"):
-            if path in sender.fields and is_command:
-                yield 1, "velocity_command", _entry(topic, path, scale="-1", optional="true")
-
-
-def _entry(topic: str, field_: str, **more: str) -> str:
-    """Return an entry in YAML's flow style."""
-    parts = [f"topic: {topic}", f"field: {quoted(field_)}"]
-    parts += [f"{key}: {quoted(value)}" for key, value in more.items()]
-    return "{" + ", ".join(parts) + "}"
-
-
-def quoted(text: str) -> str:
-    """Return a text as YAML needs it."""
-    plain = all(c.isalnum() or c in "/_.- " for c in text) and text.isascii()
-    if (plain and not text.startswith(("-", " "))) or text == "-1":
-        return text
-    if not text.isprintable():  # control codes must not reach a terminal or a file
-        return json.dumps(text)
-    return "'" + text.replace("'", "''") + "'"

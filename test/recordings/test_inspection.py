@@ -6,17 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
-import yaml
-
-from hma_gripper_sim.recordings.inspection import (
-    inspect_log,
-    inspection_table,
-    quoted,
-    starter_map,
-)
-from hma_gripper_sim.recordings.reading import read_recording
-from hma_gripper_sim.recordings.signal_map import SignalMap
+from hma_gripper_sim.recordings.inspection import inspect_log, inspection_table
 
 START, PERIOD = 1_700_000_000_123_456_789, 10_000_000  # ns
 
@@ -47,23 +37,6 @@ def test_topics_joints_frames_fields_and_rates(stored_log: Path) -> None:
     assert inspection_table(found).row_count == len(found.senders)
 
 
-def test_starter_map_reads_the_log_it_was_made_of(five_ticks: Path) -> None:
-    expected = read_recording(five_ticks)
-    starter = SignalMap.from_mapping(yaml.safe_load(starter_map(inspect_log(five_ticks))))
-    recording = read_recording(five_ticks, starter)
-    for name in ("travel", "actuator_force", "phi_left", "phi_right"):
-        assert recording[name].value.tolist() == expected[name].value.tolist()
-
-
-def test_starter_map_names_the_publisher_where_there_are_two(
-    entries: list[Any], by_two_callers: Callable[..., Path]
-) -> None:
-    starter = starter_map(inspect_log(by_two_callers(entries)))
-    assert "actuator_force: {topic: /hma_gripper_sim/actuator_wrench, publisher: /a, " in starter
-    assert "publisher: /b" in starter
-    assert "# travel: found nothing that it could be" in starter
-
-
 def test_damage_and_silence_are_said(entries: list[Any], write_log: Callable[..., Path]) -> None:
     path = write_log([entry for entry in entries if "phi" not in entry[0].name])
     file = next(path.glob("*.mcap"))
@@ -71,11 +44,3 @@ def test_damage_and_silence_are_said(entries: list[Any], write_log: Callable[...
     notes = inspect_log(path).notes
     assert any("is truncated" in note for note in notes)
     assert "/hma_gripper_sim/phi: no messages" in notes
-
-
-@pytest.mark.parametrize("name", ["/plain", "/two\nlines", "/red\x1b[31m", "it's", "-dash", "ü: x"])
-def test_names_stand_in_a_map_as_one_printable_line(name: str) -> None:
-    """Whatever a topic is called, the map gives it back, without control codes."""
-    line = f"{{topic: {quoted(name)}}}"
-    assert line.isprintable()
-    assert yaml.safe_load(line) == {"topic": name}
