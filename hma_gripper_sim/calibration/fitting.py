@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from hma_gripper_sim.calibration.free_parameters import FreeParameter
-from hma_gripper_sim.calibration.observations import Observation, Trial
+from hma_gripper_sim.calibration.observations import Observation, Simulated, Trial
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.mechanics.scene import Scene
@@ -28,6 +29,13 @@ from hma_gripper_sim.recordings.recording import FloatArray
 
 DIFFERENCE = 2e-3
 """Step of the central differences, relative to a parameter's scale."""
+
+ROUGH, FINE = 1e-2, 1e-4
+"""Step, relative to the parameters, with which the first and the last search end.
+
+The first is for the scatter alone. The search converges faster than linearly: what is left after
+its last step is a small part of it, and far less than any standard error.
+"""
 
 HOPELESS = 1e3
 """Weighted residual of parameters that cannot be simulated."""
@@ -240,18 +248,19 @@ def calibrate(
     if count < len(free):
         raise InputError(f"{count} measurements cannot tell {len(free)} parameters", field="--free")
     problem = _Problem(scene, trial, free, progress)
-    before = trial.simulate(scene)
+    before = problem.observed(problem.start, {})
     if before is None:
         raise SimulationError(Outcome.STEP_TOO_SMALL, 0.0)
     weights = [_first_weight(observation) for observation in trial.observations]
-    solution = problem.solve(weights, problem.start)
-    if any(observation.uncertainty is None for observation in trial.observations):
+    estimated = any(observation.uncertainty is None for observation in trial.observations)
+    solution = problem.solve(weights, problem.start, ROUGH if estimated else FINE)
+    if estimated:
         rest = problem.residuals(solution.x, weights)
         weights = [
             weight / max(_rms(part), 1e-9) if observation.uncertainty is None else weight
             for observation, weight, part in zip(trial.observations, weights, rest, strict=True)
         ]
-        solution = problem.solve(weights, solution.x)
+        solution = problem.solve(weights, solution.x, FINE)
     residuals = problem.residuals(solution.x, weights)
     covariance, times = _covariance(solution.jac, residuals, trial.observations, free)
     scales = np.array([parameter.scale for parameter in free])
@@ -290,7 +299,11 @@ def calibrate(
 
 
 class _Problem:
-    """Residuals as a function of the scaled parameters."""
+    """Residuals as a function of the scaled parameters.
+
+    What is asked for again is not simulated again: where the second search begins, and for other
+    delays and biases, with which nothing of the scene changes.
+    """
 
     def __init__(
         self, scene: Scene, trial: Trial, free: Sequence[FreeParameter], progress: Progress
@@ -299,6 +312,37 @@ class _Problem:
         self.trial, self.free = trial, free
         self.start = np.ones(len(free))
         self.simulations = 0
+        around = 2 * len(free) + 1  # a point, and its neighbours for the differences
+        self._simulated = lru_cache(maxsize=2 * around)(self._simulate)
+
+    def _simulate(self, values: tuple[float, ...]) -> Simulated | None:
+        """Simulate the scene with values of those free parameters that are its own."""
+        scene = self._scene
+        for free, value in zip(self._of_scene, values, strict=True):
+            scene = free.parameter.put(scene, value)
+        self.simulations += 1
+        return self.trial.simulate(scene)
+
+    @property
+    def _of_scene(self) -> list[FreeParameter]:
+        return [free for free in self.free if free.parameter.owner != "log"]
+
+    def observed(self, x: FloatArray, delays: Mapping[str, float]) -> list[FloatArray] | None:
+        """Return each observation as the parameters give it; None if that cannot be simulated.
+
+        Parameters
+        ----------
+        delays
+            By name where they are not free [s].
+        """
+        values = {
+            free.parameter.name: free.value(float(entry))
+            for free, entry in zip(self.free, x, strict=True)
+        }
+        simulated = self._simulated(tuple(values[f.parameter.name] for f in self._of_scene))
+        if simulated is None:
+            return None
+        return self.trial.observed(simulated, {**delays, **values})
 
     def residuals(
         self,
@@ -306,15 +350,8 @@ class _Problem:
         weights: Sequence[FloatArray],
         delays: Mapping[str, float] = MappingProxyType({}),
     ) -> list[FloatArray]:
-        """Weighted residuals of each observation; `delays` [s] by name where they are not free."""
-        scene, logged = self._scene, dict(delays)
-        for free, entry in zip(self.free, x, strict=True):
-            value = free.value(float(entry))
-            scene = free.parameter.put(scene, value)
-            if free.parameter.owner == "log":
-                logged[free.parameter.name] = value
-        simulated = self.trial.simulate(scene, logged)
-        self.simulations += 1
+        """Weighted residuals of each observation; `delays` as `observed` takes them."""
+        simulated = self.observed(x, delays)
         if simulated is None:
             return [np.full(len(o.time), HOPELESS) for o in self.trial.observations]
         parts = [
@@ -326,8 +363,13 @@ class _Problem:
         self._progress(self.simulations, _rms(np.concatenate(parts)))
         return parts
 
-    def solve(self, weights: Sequence[FloatArray], x: FloatArray) -> Any:
-        """Minimise the weighted squares from `x` on; scipy's result, `x` scaled."""
+    def solve(self, weights: Sequence[FloatArray], x: FloatArray, step: float) -> Any:
+        """Minimise the weighted squares from `x` on, until steps are as small as `step`.
+
+        Returns
+        -------
+        scipy's result, `x` scaled.
+        """
         bounds = np.array([(p.x(p.lower), p.x(p.upper)) for p in self.free]).T
         room = 1e-6 * (bounds[1] - bounds[0])
         return least_squares(
@@ -338,7 +380,7 @@ class _Problem:
             x_scale="jac",
             # scipy multiplies by |x|, which is near 1 unless a parameter is near 0.
             diff_step=DIFFERENCE / np.maximum(np.abs(x), 0.1),
-            xtol=1e-6,
+            xtol=step,
             ftol=1e-8,
             gtol=1e-10,
         )

@@ -37,8 +37,15 @@ ROUND_OFF = 1e-6
 FINEST, MOST_SIMULATED = 1e-3, 200_000
 """Shortest period [s], and number, of the samples of a simulation that is interpolated between."""
 
-TOLERANCE = 1e-5
-"""Of the solver: differences between neighbouring parameters must not drown in its errors."""
+TOLERANCE = 1e-4
+"""Of the solver: a twentieth of what neighbouring parameters (`fitting.DIFFERENCE`) change.
+
+Their difference has far smaller errors, which are nearly the same in both.
+"""
+
+
+Simulated = Mapping[str, Series]
+"""Signals of a simulation by name, from the start of the motion on."""
 
 
 @dataclass(frozen=True)
@@ -82,18 +89,8 @@ class Trial:
     observations: tuple[Observation, ...]
     notes: tuple[str, ...] = ()
 
-    def simulate(
-        self, scene: Scene, logged: Mapping[str, float] = MappingProxyType({})
-    ) -> list[FloatArray] | None:
-        """Return each observation as a scene simulates it, or None if that cannot be done.
-
-        Parameters
-        ----------
-        logged
-            How it came into the log: ``force_delay`` and ``angle_delay`` [s], by which the signals
-            are late there, and ``force_bias`` and ``angle_bias`` [SI], which are added; 0 if left
-            out.
-        """
+    def simulate(self, scene: Scene) -> Simulated | None:
+        """Simulate the motion, from time 0 on, in a scene; None if that cannot be done."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a trial of parameters may lead anywhere
             try:
@@ -107,13 +104,31 @@ class Trial:
             trace = simulation.advance_along(motion, max(FINEST, length / MOST_SIMULATED))
         if not trace.stats.converged:
             return None
-        time = trace.time - begin
+        return {name: Series(trace.time - begin, getattr(trace, name)) for name in self.signals}
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of what was observed."""
+        return tuple(dict.fromkeys(observation.name for observation in self.observations))
+
+    def observed(
+        self, simulated: Simulated, logged: Mapping[str, float] = MappingProxyType({})
+    ) -> list[FloatArray]:
+        """Return each observation as a simulation gives it.
+
+        Parameters
+        ----------
+        logged
+            How it came into the log: ``force_delay`` and ``angle_delay`` [s], by which the signals
+            are late there, and ``force_bias`` and ``angle_bias`` [SI], which are added; 0 if left
+            out.
+        """
         means = []
         for observation in self.observations:
             kind = "force" if observation.name == "actuator_force" else "angle"
             due = replace(observation, time=observation.time - logged.get(f"{kind}_delay", 0.0))
-            simulated = _means(time, getattr(trace, observation.name), due)
-            means.append(simulated + logged.get(f"{kind}_bias", 0.0))
+            mean = _means(simulated[observation.name], due)
+            means.append(mean + logged.get(f"{kind}_bias", 0.0))
         return means
 
 
@@ -187,8 +202,9 @@ def averaged(name: str, series: Series, uncertainty: float | None, width: float)
     )
 
 
-def _means(time: FloatArray, value: FloatArray, observation: Observation) -> FloatArray:
+def _means(simulated: Series, observation: Observation) -> FloatArray:
     """Means of a simulated signal over the stretches of an observation."""
+    time, value = simulated.time, simulated.value
     steps = 0.5 * (value[1:] + value[:-1]) * np.diff(time)
     integral = np.concatenate([[0.0], np.cumsum(steps)])
     half = 0.5 * observation.width

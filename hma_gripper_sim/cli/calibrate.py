@@ -66,7 +66,7 @@ def calibrate(
       hma_gripper calibrate my_cup.yaml --free friction,E --bound E=5MPa..12MPa --json found.json
     """
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from hma_gripper_sim.calibration.fitting import calibrate
     from hma_gripper_sim.calibration.free_parameters import free_parameters
@@ -81,13 +81,16 @@ def calibrate(
     read = read_experiment(experiment)
     scene = read.scene()
     wanted = free_parameters(free, scene, bounds)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    errors = Console(stderr=True)
+    # How many simulations it will take is not known: the bar shows that it goes on.
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    console, errors = Console(), Console(stderr=True)
     with Progress(
         *columns, console=errors, transient=True, disable=not errors.is_terminal
     ) as progress:
         task = progress.add_task("reading", total=None)
         measured = trial(read, str(experiment), travel_tolerance)
+        print_notes(console, measured.notes)
+        progress.update(task, description="simulating")
         result = calibrate(
             scene,
             measured,
@@ -96,9 +99,8 @@ def calibrate(
                 task, description=f"{count} simulations, weighted RMS error {error:.4g}"
             ),
         )
-    console = Console()
     print_tables(console, terminal_tables(result))
-    print_notes(console, (*measured.notes, *remarks(result)))
+    print_notes(console, remarks(result))
     if json_file:
         write_text(json_file, json_text(_as_json(experiment, read, result)))
     if result.untold:

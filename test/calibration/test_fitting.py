@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
+from hma_gripper_sim.calibration import fitting, observations
 from hma_gripper_sim.calibration.fitting import autocorrelation_time, calibrate
 from hma_gripper_sim.calibration.free_parameters import PARAMETERS, FreeParameter, free_parameters
 from hma_gripper_sim.calibration.observations import AVERAGED, SIGNALS, Trial, averaged
@@ -69,6 +70,11 @@ def wrong() -> tuple[Scene, tuple[FreeParameter, ...]]:
     return scene, free_parameters("friction,E", scene)
 
 
+def observed(trial: Trial, scene: Scene) -> list[np.ndarray]:
+    """What a scene gives for each observation."""
+    return trial.observed(trial.simulate(scene))
+
+
 def deviations(result) -> list[float]:
     """How many standard errors each value is from the truth."""
     return [(f.value - f.free.parameter.of(TRUTH)) / f.standard_error for f in result.parameters]
@@ -108,6 +114,34 @@ def test_error_and_values_are_better_than_before(clean) -> None:
     assert modulus.value == pytest.approx(8.9e6, rel=0.05)
     assert np.diag(result.correlation) == pytest.approx(1.0)
     assert abs(result.correlation[0, 1]) < 0.95
+
+
+@pytest.mark.parametrize("names", ["friction", "friction,E", "friction,force_delay,angle_bias"])
+def test_nothing_is_simulated_twice(clean, monkeypatch, names: str) -> None:
+    """Neither where the second search begins, nor for other delays and biases of one scene."""
+    scene, _ = wrong()
+    scenes = []
+    simulate = Trial.simulate
+    monkeypatch.setattr(Trial, "simulate", lambda self, s: scenes.append(s) or simulate(self, s))
+    found = calibrate(scene, measured(clean, 1), free_parameters(names, scene))
+    values = {(s.friction, s.design.material.youngs_modulus) for s in scenes}
+    assert len(values) == len(scenes) == found.simulations
+
+
+@pytest.mark.parametrize("names", ["friction,E", "friction,clearance,force_delay"])
+def test_tighter_search_and_simulation_find_the_same(clean, monkeypatch, names: str) -> None:
+    """Far within the standard errors, which are those of 1100 samples with little noise."""
+    scene, _ = wrong()
+    trial, free = measured(clean, 1), free_parameters(names, scene)
+    found = calibrate(scene, trial, free)
+    monkeypatch.setattr(observations, "TOLERANCE", 1e-6)
+    monkeypatch.setattr(fitting, "ROUGH", 1e-6)
+    monkeypatch.setattr(fitting, "FINE", 1e-7)
+    for loose, tight in zip(
+        found.parameters, calibrate(scene, trial, free).parameters, strict=True
+    ):
+        assert abs(loose.value - tight.value) < 0.05 * tight.standard_error
+        assert loose.standard_error == pytest.approx(tight.standard_error, rel=0.02)
 
 
 def test_a_bound_that_holds_a_value_is_said(clean) -> None:
@@ -219,11 +253,11 @@ def test_stated_uncertainties_carry_over_to_a_single_reading() -> None:
     motion = follow(0.004, 0.0, 0.0, 3.0)
     free = free_parameters("friction", scene)
     reading = averaged("phi_left", Series(np.array([2.9]), np.array([1.8])), 0.01, 1e-9)
-    true = Trial(motion, (reading,)).simulate(scene)[0]
-    trial = Trial(motion, (replace(reading, value=true),))
+    trial = Trial(motion, (reading,))
+    trial = replace(trial, observations=(replace(reading, value=observed(trial, scene)[0]),))
     (found,) = calibrate(scene, trial, free).parameters
     at = [
-        trial.simulate(PARAMETERS["friction"].put(scene, found.value + d))[0][0]
+        observed(trial, PARAMETERS["friction"].put(scene, found.value + d))[0][0]
         for d in (-0.005, 0.005)
     ]
     assert found.standard_error == pytest.approx(0.01 / abs((at[1] - at[0]) / 0.01), rel=0.05)

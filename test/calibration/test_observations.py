@@ -40,11 +40,11 @@ def test_a_simulation_is_averaged_as_the_samples_were(period: float) -> None:
     motion = follow(lambda t: 0.004 if t < 1.0 else -0.004, 0.0, 0.0, 2.0)
     time = np.arange(0.0, 2.0, period)
     dense = averaged("phi_left", Series(time, np.zeros(len(time))), None, 0.05)
-    (simulated,) = Trial(motion, (dense,)).simulate(SCENE)
+    trial = Trial(motion, (dense,))
+    (simulated,) = trial.observed(trial.simulate(SCENE))
     samples = np.arange(0.0, 2.0, 0.001)
-    (fine,) = Trial(motion, (averaged("phi_left", Series(samples, samples), None, 1e-9),)).simulate(
-        SCENE
-    )
+    trial = Trial(motion, (averaged("phi_left", Series(samples, samples), None, 1e-9),))
+    (fine,) = trial.observed(trial.simulate(SCENE))
     expected = [
         fine[(samples >= t - 0.5 * w) & (samples < t + 0.5 * w)].mean()
         for t, w in zip(dense.time, dense.width, strict=True)

@@ -60,6 +60,14 @@ def test_the_friction_of_a_log_is_found(cup: Path, tmp_path: Path) -> None:
     assert result.stderr == ""  # the progress bar is for terminals only
 
 
+def test_a_terminal_shows_that_it_goes_on(cup: Path) -> None:
+    """With FORCE_COLOR rich takes what it writes to for a terminal; its bar is made of these."""
+    arguments = ["calibrate", str(cup), "--free", "friction"]
+    shown = CliRunner(env={"FORCE_COLOR": "1"}).invoke(cli, arguments).stderr
+    assert "simulations, weighted RMS error" in shown
+    assert "━" in shown
+
+
 def test_a_bound_that_holds_is_remarked(cup: Path) -> None:
     result = run(cup, "--free", "mu", "--bound", "mu=0.3..0.6")
     assert result.exit_code == 0
