@@ -71,12 +71,14 @@ LAUGHS = "a0: &a0 [lol, lol]\n" + "".join(
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[" * 60 + "1" + "]" * 60, "nested more than 50 levels deep"),
-        ("[" * 3000, "nested more than 50 levels deep|exceeded maximum nesting depth"),
-        ("".join(f"{' ' * i}a:\n" for i in range(100)), "nested more than 50 levels deep"),
-        (LAUGHS, "its aliases stand for more than"),
-        ("a: &a [*a]", "an alias refers to what it is a part of"),
-        ("a: " + "x" * 2**21, "at most 2097152 are read"),
+        pytest.param("[" * 60 + "1" + "]" * 60, "nested more than 50 levels", id="lists"),
+        pytest.param("[" * 3000, "nested more than 50 levels|exceeded maximum nesting", id="open"),
+        pytest.param(
+            "".join(f"{' ' * i}a:\n" for i in range(100)), "nested more than 50 levels", id="maps"
+        ),
+        pytest.param(LAUGHS, "its aliases stand for more than", id="laughs"),
+        pytest.param("a: &a [*a]", "an alias refers to what it is a part of", id="circle"),
+        pytest.param("a: " + "x" * 2**21, "at most 2097152 are read", id="long"),
         ("a: !!bool maybe", "not valid YAML"),
         ('a: !!int ""', "not valid YAML"),
         ("a: 2026-02-31", "not valid YAML: day is out of range"),

@@ -18,6 +18,8 @@ from patience import patience
 
 ROOT = Path(__file__).parents[2]
 
+LONGEST_NAME = 2000  # characters: over one of two million colcon sat for more than ten minutes
+
 PLUGIN = """
 import sys
 
@@ -52,6 +54,7 @@ def collected(*options: str, **variables: str) -> Counter[str]:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     lines = done.stdout.splitlines()
+    assert max(map(len, lines)) < LONGEST_NAME
     return Counter(line.partition("::")[0] for line in lines if "::" in line)
 
 
