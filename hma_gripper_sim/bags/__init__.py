@@ -9,7 +9,7 @@ db3_file          reads db3 files, of every version of their schema
 decompression     unpacks no more than is declared
 message_batches   messages as bytes, many at a time
 message_layout    where in these bytes the numbers lie
-byte_kernels      what is done with the bytes of every message, compiled
+byte_arrays       what is done with the bytes of every message, many at a time
 log_metadata      what the metadata of a rosbag2 directory say
 message_template  a serialised message whose numbers change in place
 topic             what a log says of a topic

@@ -16,7 +16,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema, Statistics
 
-from hma_gripper_sim.bags.byte_kernels import PREFIX
+from hma_gripper_sim.bags.byte_arrays import PREFIX
 from hma_gripper_sim.bags.decompression import lz4_content, most_content, zstd_content
 from hma_gripper_sim.bags.mcap_parsing import Records, column, parse, scan, size_behind
 from hma_gripper_sim.bags.message_batches import (

@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 import numpy as np
 from mcap.data_stream import ReadDataStream
 
-from hma_gripper_sim.bags.byte_kernels import PREFIX, copy_bytes, scan_records
+from hma_gripper_sim.bags.byte_arrays import PREFIX, bytes_at, find_records
 from hma_gripper_sim.bags.message_batches import Bytes, Ints
 from hma_gripper_sim.errors import InputError, first_line
 
-_ROOM = 2**16
+_AT_ONCE = 2**16
 """Records that are found at a time."""
 
 _Record = TypeVar("_Record")
@@ -47,14 +47,12 @@ class Records:
 
 def scan(data: Bytes) -> Iterator[tuple[Records, int]]:
     """Yield the complete records in `data`, many at a time, and where they end."""
-    opcodes = np.empty(_ROOM, dtype=np.uint8)
-    starts, sizes = np.empty(_ROOM, dtype=np.int64), np.empty(_ROOM, dtype=np.int64)
     end = 0
     while True:
-        count, end = scan_records(data, end, opcodes, starts, sizes)
-        if not count:
+        opcodes, starts, sizes, end = find_records(data, end, _AT_ONCE)
+        if not starts.size:
             return
-        yield Records(data, opcodes[:count], starts[:count], sizes[:count]), end
+        yield Records(data, opcodes, starts, sizes), end
 
 
 def size_behind(data: bytes) -> int:
@@ -65,9 +63,7 @@ def size_behind(data: bytes) -> int:
 def column(data: Bytes, starts: Ints, offset: int, kind: str) -> Any:
     """Return the number at `offset` of each record, shape (n,)."""
     width = int(kind[-1])
-    out = np.empty((starts.size, width), dtype=np.uint8)
-    copy_bytes(data, starts, np.array([offset]), width, out)
-    return out.view(kind)[:, 0]
+    return bytes_at(data, starts, np.array([offset]), width).view(kind)[:, 0]
 
 
 def parse(read: Callable[[Any], _Record], content: ReadDataStream, what: str) -> _Record:

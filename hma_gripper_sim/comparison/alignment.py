@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import fftconvolve
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
@@ -96,6 +94,10 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
 
     At least half of the shorter one has to lie within the other.
     """
+    # Slow to import, and not needed where the stamps agree.
+    from scipy.optimize import minimize_scalar
+    from scipy.signal import fftconvolve
+
     step = max(STEP, (_length(simulated) + _length(experiment)) / MAX_SAMPLES)
     ours, theirs = _even(simulated, step), _even(experiment, step)
     for travel, whose in ((ours, "simulated"), (theirs, "experiment's")):

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.base import Contour
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.recording import Recording
 from hma_gripper_sim.recordings.signal_map import SignalMap
+
+if TYPE_CHECKING:
+    from hma_gripper_sim.mechanics.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -157,6 +160,8 @@ class Experiment:
 
     def scene(self, design: GripperDesign | None = None) -> Scene:
         """Return the scene in which a gripper, by default its own, meets the object."""
+        from hma_gripper_sim.mechanics.scene import Scene  # the solver: a comparison needs none
+
         return Scene(
             design or self.design,
             self.contour,

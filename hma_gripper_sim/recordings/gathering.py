@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hma_gripper_sim.bags.byte_kernels import copy_bytes, match_messages
+from hma_gripper_sim.bags.byte_arrays import bytes_at, matching
 from hma_gripper_sim.bags.message_batches import Batch, Bytes, Connection, Ints, shown
 from hma_gripper_sim.bags.message_layout import Layout, follow
 from hma_gripper_sim.errors import InputError, first_line
@@ -242,25 +242,21 @@ def _count_turns(sample: Samples, among: Ints, joints: Sequence[frozenset[str]])
 
 def _matching(batch: Batch, pending: Ints, plan: _Plan) -> tuple[Ints, Ints]:
     """Return which messages a plan is for, and which it is not for."""
-    matches = np.empty(pending.size, dtype=np.bool_)
     starts, sizes = batch.starts[pending], batch.sizes[pending]
-    match_messages(batch.data, starts, sizes, plan.template, plan.fixed, matches)
+    matches = matching(batch.data, starts, sizes, plan.template, plan.fixed)
     return pending[matches], pending[~matches]
 
 
 def _numbers(data: Bytes, starts: Ints, place: Place) -> FloatArray:
     """Return the numbers of a place in n messages, shape (n, k)."""
-    width = int(place.kind[-1])
     offsets = np.array(place.offsets, dtype=np.int64)
-    out = np.empty((starts.size, width * offsets.size), dtype=np.uint8)
-    copy_bytes(data, starts, offsets, width, out)
-    return out.view(place.kind).astype(np.float64)
+    found = bytes_at(data, starts, offsets, int(place.kind[-1]))
+    return found.view(place.kind).astype(np.float64)
 
 
 def _stamps(data: Bytes, starts: Ints, offset: int, order: str) -> Ints:
     """Return the stamps [ns] at a place in n messages, shape (n,)."""
-    out = np.empty((starts.size, 8), dtype=np.uint8)
-    copy_bytes(data, starts, np.array([offset]), 8, out)
+    out = bytes_at(data, starts, np.array([offset]), 8)
     seconds = out[:, :4].copy().view(f"{order}i4")[:, 0].astype(np.int64)
     nanoseconds = out[:, 4:].copy().view(f"{order}u4")[:, 0].astype(np.int64)
     return seconds * 1_000_000_000 + nanoseconds

@@ -17,7 +17,6 @@ from hma_gripper_sim.errors import InputError, first_line
 from hma_gripper_sim.recordings.assembly import AbsentError, Part, assemble, missing_topic
 from hma_gripper_sim.recordings.gathering import Gatherer, Samples
 from hma_gripper_sim.recordings.plausibility import doubts
-from hma_gripper_sim.recordings.pose_chains import pose_along_frames, pose_along_joints
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.recordings.signal_map import Signal, SignalMap
 from hma_gripper_sim.recordings.signal_sources import Robot
@@ -171,11 +170,15 @@ def _put_together(log: Log, signal: Signal, parts: dict[Signal, list[Part]]) -> 
     def gather(entries: Sequence[Signal]) -> dict[Signal, list[Part]]:
         return _gather(Log(log.source), entries)
 
+    is_pose = isinstance(signal.source, Robot) or getattr(signal.source, "frame", None) is not None
+    if not is_pose or _has_samples(parts[signal]):
+        return
+    # Slow to import, and seldom needed.
+    from hma_gripper_sim.recordings.pose_chains import pose_along_frames, pose_along_joints
+
     try:
         if isinstance(signal.source, Robot):
             parts[signal] = pose_along_joints(signal, gather)
-            return
-        if _has_samples(parts[signal]):
             return
         chain = pose_along_frames(signal, gather)
     except InputError as error:

@@ -51,6 +51,25 @@ def test_help_names_the_commands_and_loads_nothing_slow() -> None:
     assert shown.endswith("set()\n")
 
 
+@pytest.mark.parametrize(
+    "arguments", [("inspect", "{log}"), ("compare", "{log}", "{log}", "--max-error", "force=1%")]
+)
+def test_commands_without_physics_load_no_solver(arguments: tuple[str, ...]) -> None:
+    """It took most of their time, and three quarters of their memory."""
+    log = Path(__file__).parents[1] / "data" / "golden" / "box"
+    given = [argument.format(log=log) for argument in arguments]
+    program = (
+        "import sys; from hma_gripper_sim.cli.main import cli;"
+        f"cli({given!r}, standalone_mode=False);"
+        "print({'matplotlib', 'numba', 'scipy.linalg', 'rclpy'} & set(sys.modules))"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    ).stdout
+    assert "/joint_states" in shown or "travel" in shown
+    assert shown.endswith("set()\n")
+
+
 def test_help_of_the_demo_explains_exit_codes_and_gives_examples() -> None:
     shown = CliRunner().invoke(cli, ["demo", "--help"])
     assert shown.exit_code == 0
