@@ -19,6 +19,7 @@ from mcap.records import Channel, Chunk, DataEnd, Footer, Header, McapRecord, Sc
 from mcap.writer import MCAP0_MAGIC
 from rosbags.typesys import Stores, get_typestore
 
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, CMD_VELOCITY, JOINT_STATES, PHI
 from hma_gripper_sim.recordings.reading import read_recording
 
@@ -30,7 +31,7 @@ TICKS_PER_CHUNK = 500
 MARK = 123.456  # stands where a number will change
 
 
-def message(topic: object, joints: list[str]) -> bytes:
+def message(topic: Topic, joints: list[str]) -> bytes:
     """A message of which the numbers that change are `MARK`."""
     header = TYPES["std_msgs/msg/Header"](TYPES["builtin_interfaces/msg/Time"](0, 0), "")
     if topic is CMD_VELOCITY:
@@ -49,7 +50,8 @@ def message(topic: object, joints: list[str]) -> bytes:
 
 def make(path: Path, ticks: int, joints: list[str]) -> None:
     """Write the log, chunk by chunk."""
-    pieces, places, stamps, logs = [], [], [], []
+    pieces: list[bytes] = []
+    places, stamps, logs = [], [], []
     for channel, topic in enumerate(TOPICS, 1):
         data = message(topic, joints)
         base = sum(map(len, pieces))

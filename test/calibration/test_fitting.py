@@ -122,7 +122,12 @@ def test_nothing_is_simulated_twice(clean, monkeypatch, names: str) -> None:
     scene, _ = wrong()
     scenes = []
     simulate = Trial.simulate
-    monkeypatch.setattr(Trial, "simulate", lambda self, s: scenes.append(s) or simulate(self, s))
+
+    def noted(self, simulated):
+        scenes.append(simulated)
+        return simulate(self, simulated)
+
+    monkeypatch.setattr(Trial, "simulate", noted)
     found = calibrate(scene, measured(clean, 1), free_parameters(names, scene))
     values = {(s.friction, s.design.material.youngs_modulus) for s in scenes}
     assert len(values) == len(scenes) == found.simulations

@@ -22,6 +22,7 @@ from hma_gripper_benchmarks import (
     running,
     scaling,
     startup,
+    this_package,
     work_precision,
 )
 from hma_gripper_benchmarks.asked_error import Judgement, Level, PopulationResult
@@ -132,9 +133,9 @@ def test_missing_peers_are_named(monkeypatch, tmp_path):
 
 def test_a_wrong_result_is_not_timed():
     task = tasks()["cylinder_continuous"]
-    loose = work_precision.this_package.candidate(task, task.scene, 1e-3)
+    loose = this_package.candidate(task, task.scene, 1e-3)
     other = tasks()["sharp_box_continuous"]
-    reference = work_precision.this_package.reference_of(other, other.scene, 1e-3)
+    reference = this_package.reference_of(other, other.scene, 1e-3)
     (row,) = work_precision.timed_rows([(loose, reference)], 1, lambda text: None)
     assert row.cpu_time is None
     assert "RMS off" in row.failure

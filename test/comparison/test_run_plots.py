@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
@@ -42,10 +44,14 @@ def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     return saved
 
 
+def error_bars(axes: Axes) -> list[ErrorbarContainer]:
+    return [bars for bars in axes.containers if isinstance(bars, ErrorbarContainer)]
+
+
 def drawn(axes: Axes) -> dict[str, list[tuple[float, float]]]:
     """What has a label, with its points: curves, and measured values in their middle."""
-    lines = {line.get_label(): line for line in axes.get_lines()}
-    lines |= {bars.get_label(): bars.lines[0] for bars in axes.containers}
+    lines: dict[object, Any] = {line.get_label(): line for line in axes.get_lines()}
+    lines |= {bars.get_label(): bars.lines[0] for bars in error_bars(axes)}
     return {str(label): list(zip(*line.get_data(), strict=True)) for label, line in lines.items()}
 
 
@@ -61,7 +67,7 @@ def test_phi_shows_both_sides_measured_angles_and_the_thesis(
     assert shown["real gripper, left"] == [pytest.approx((7.0, 112.1))]
     assert shown["real gripper, right"] == [pytest.approx((7.0, 106.9))]
     assert shown["thesis, Table 5.3, model"] == [pytest.approx((7.0, 107.4))]
-    (bar,) = axes.containers[0].lines[2][0].get_segments()
+    (bar,) = error_bars(axes)[0].lines[2][0].get_segments()
     assert bar[:, 1] == pytest.approx([111.6, 112.6])  # the uncertainty of ± 0.5°
     assert (axes.get_xlabel(), axes.get_ylabel()[-3:]) == ("Time [s]", "[°]")
 

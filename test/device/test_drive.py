@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ PERIOD = 0.01
 LIMITS = DriveLimits(
     max_velocity=0.05, max_acceleration=0.5, travel_min=0.0, travel_max=0.03, command_timeout=0.5
 )
-FEW = {"discretisation": "midpoint", "elements_top": 1, "elements_beam": 3}
+FEW: dict[str, Any] = {"discretisation": "midpoint", "elements_top": 1, "elements_beam": 3}
 DESIGN = GripperDesign.thesis_2013()
 SCENES = {
     "box": Scene(DESIGN, RoundedBox(0.028, 0.028, 0.002), clearance=0.004, **FEW),

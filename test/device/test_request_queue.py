@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from functools import partial
 
 import pytest
 
@@ -44,15 +45,15 @@ def test_what_a_call_raises_goes_back_to_who_asked(asking):
 
 
 def test_calls_keep_their_order():
-    mailbox, done = Mailbox(), []
+    mailbox, done = Mailbox(), list[object]()
     for i in range(100):
-        mailbox.post(lambda i=i: done.append(i))
+        mailbox.post(partial(done.append, i))
     mailbox.serve(0.0)
     assert done == list(range(100))
 
 
 def test_a_flood_does_not_hold_up_the_owner():
-    mailbox, done = Mailbox(), []
+    mailbox, done = Mailbox(), list[object]()
 
     def again():
         done.append(None)

@@ -16,7 +16,7 @@ MUG = {"contours.mug.type": "circle", "contours.mug.radius": 0.02, "contour": "m
 
 def flattened(mapping, prefix=""):
     """Names joined by dots, as ROS flattens a parameter file."""
-    flat = {}
+    flat: dict[str, object] = {}
     for key, value in mapping.items():
         if isinstance(value, dict):
             flat |= flattened(value, f"{prefix}{key}.")

@@ -31,6 +31,11 @@ def stated(experiment: Experiment, figure: str) -> float:
     return values[0]
 
 
+def approx(value: float, **bounds: Any) -> Any:
+    """Return `pytest.approx`, which may stand where a number is meant."""
+    return pytest.approx(value, **bounds)
+
+
 def test_box_of_the_thesis() -> None:
     """Sections 5.1.2 and 5.3.1; Table 5.3."""
     box = shipped("box")
@@ -38,18 +43,18 @@ def test_box_of_the_thesis() -> None:
     assert box.contour == RoundedBox(width=0.028, height=0.028, corner_radius=0.002)
     assert (box.contour_name, box.clearance, box.friction, box.contact) == (
         "box",
-        pytest.approx(0.004),
+        approx(0.004),
         0.6,
         "sampled",
     )
     assert box.motion == (
-        Segment(pytest.approx(0.004), 7.0),
-        Segment(pytest.approx(-0.004), 7.0),
+        Segment(approx(0.004), 7.0),
+        Segment(approx(-0.004), 7.0),
     )
-    reading = pytest.approx(math.radians(0.5))
+    reading = approx(math.radians(0.5))
     assert box.measurements == (
-        Measurement("phi_left", 7.0, pytest.approx(math.radians(112.1)), reading),
-        Measurement("phi_right", 7.0, pytest.approx(math.radians(106.9)), reading),
+        Measurement("phi_left", 7.0, approx(math.radians(112.1)), reading),
+        Measurement("phi_right", 7.0, approx(math.radians(106.9)), reading),
     )
 
 
@@ -57,9 +62,9 @@ def test_cylinder_of_the_thesis() -> None:
     """Sections 5.1.1 and 5.3.1; Table 5.3."""
     cylinder = shipped("cylinder")
     assert cylinder.contour == Circle(radius=0.015)
-    assert cylinder.clearance == pytest.approx(0.005)
+    assert cylinder.clearance == approx(0.005)
     measured = {m.figure: math.degrees(m.value) for m in cylinder.measurements}
-    assert measured == {"phi_left": pytest.approx(110.3), "phi_right": pytest.approx(106.8)}
+    assert measured == {"phi_left": approx(110.3), "phi_right": approx(106.8)}
 
 
 @pytest.mark.parametrize(("name", "percent"), [("box", 1.9), ("cylinder", 1.5)])
@@ -72,7 +77,7 @@ def test_published_angles_have_the_published_error(name: str, percent: float) ->
     (mean,) = (c for c in experiment.measured if c.figure == "phi_mean")
     assert mean.expected is not None
     simulated = stated(experiment, "phi_mean")
-    assert 100 * abs(simulated - mean.expected) / mean.expected == pytest.approx(percent, abs=0.1)
+    assert 100 * abs(simulated - mean.expected) / mean.expected == approx(percent, abs=0.1)
 
 
 @pytest.mark.parametrize("name", ["box", "cylinder"])
@@ -80,22 +85,22 @@ def test_published_stress_belongs_to_the_published_moment(name: str) -> None:
     """Table 5.2 prints two digits of σ = M z / I (Eq. 5.1)."""
     experiment = shipped(name)
     stress = GripperDesign.thesis_2013().bending_stress(stated(experiment, "max_bending_moment"))
-    assert stress == pytest.approx(stated(experiment, "max_stress"), abs=0.06e5)
+    assert stress == approx(stated(experiment, "max_stress"), abs=0.06e5)
 
 
 def test_mean_angle_is_bounded_and_single_angles_are_not() -> None:
     """One side of the real gripper is 5° off the other: only their mean is a target."""
     bounds = {c.figure: (c.lower, c.upper) for c in shipped("box").measured}
     mean = math.radians(109.5)
-    assert bounds["phi_mean"] == (pytest.approx(0.97 * mean), pytest.approx(1.03 * mean))
+    assert bounds["phi_mean"] == (approx(0.97 * mean), approx(1.03 * mean))
     assert bounds["phi_left"] == bounds["phi_right"] == (-math.inf, math.inf)
 
 
 def test_way_points_add_up_the_motion() -> None:
     assert shipped("box").way_points == (
         (0.0, 0.0),
-        (7.0, pytest.approx(0.028)),
-        (14.0, pytest.approx(0.0, abs=1e-15)),
+        (7.0, approx(0.028)),
+        (14.0, approx(0.0, abs=1e-15)),
     )
 
 
@@ -238,12 +243,12 @@ def test_an_experiment_with_a_log_and_a_design_of_its_own(tmp_path: Path) -> Non
     file.write_text(LOGGED)
     experiment = read_experiment(file)
     assert experiment.scene().design.width == 0.005
-    assert experiment.motion == experiment.measurements == ()
+    assert (experiment.motion, experiment.measurements) == ((), ())
     assert experiment.log is not None
     assert experiment.log.path == tmp_path / "logs" / "cup.mcap"
     assert experiment.log.uncertainties == {
-        "phi_left": pytest.approx(math.radians(0.5)),
-        "actuator_force": pytest.approx(0.005),
+        "phi_left": approx(math.radians(0.5)),
+        "actuator_force": approx(0.005),
     }
     signal_map = experiment.log.signal_map
     assert signal_map is not None

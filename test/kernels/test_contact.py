@@ -20,12 +20,11 @@ from hma_gripper_sim.kernels.contact import (
     ContactLaw,
     ContactWork,
     Fingertip,
-    Obstacle,
     _evaluate,
     contact_work,
     solve_contact,
 )
-from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
+from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 from hma_gripper_sim.model.contours.base import face_normals
 
 DESIGN = GripperDesign.thesis_2013()

@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim import Circle, GripperDesign, Polygon, RoundedBox, Scene
-from hma_gripper_sim.kernels.base_motion import acceleration_bound, base_motion
+from hma_gripper_sim.kernels.base_motion import Motion, acceleration_bound, base_motion
 from hma_gripper_sim.kernels.chain import chain_work, place, tip_pose, tip_response
 from hma_gripper_sim.kernels.contact import CLOSED, contact_modes
 from hma_gripper_sim.kernels.hidden_events import (
@@ -19,7 +19,6 @@ from hma_gripper_sim.kernels.hidden_events import (
 )
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
 from hma_gripper_sim.kernels.stage import Model
-from hma_gripper_sim.motion.prescribed_motion import Motion
 
 DEPTH = 1e-8  # m
 SAMPLES = 4001

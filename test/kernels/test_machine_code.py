@@ -101,7 +101,7 @@ class Installation:
 def finished(process: subprocess.Popen[str]) -> Run:
     out, said = process.communicate(timeout=patience(120.0))
     assert process.returncode == 0, said
-    return Run(*json.loads(out), said)
+    return Run(*(*json.loads(out), said))
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ DISCRETISATIONS = (
 FINE = 2  # which of them is nearest to the continuum
 
 
-def soft(modulus: float, **sizes: float) -> GripperDesign:
+def soft(modulus: float, **sizes: Any) -> GripperDesign:
     """The thesis' design of another modulus [Pa] and other sizes."""
     design = GripperDesign.thesis_2013()
     material = dataclasses.replace(design.material, youngs_modulus=modulus)

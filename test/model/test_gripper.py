@@ -274,7 +274,7 @@ def test_constructor_checks_as_well(design: GripperDesign) -> None:
 
 
 @pytest.mark.parametrize(("field", "value"), [("material", None), ("tip", 3), ("tip", {})])
-def test_parts_of_another_type(design: GripperDesign, field: str, value: object) -> None:
+def test_parts_of_another_type(design: GripperDesign, field: str, value: Any) -> None:
     """A part that is no Material and no Tip is refused when the design is built."""
     with pytest.raises(InputError) as refusal:
         dataclasses.replace(design, **{field: value})
@@ -287,8 +287,9 @@ def test_parts_of_another_type(design: GripperDesign, field: str, value: object)
 def test_tip_built_in_python_names_itself(design: GripperDesign, name: str) -> None:
     """Errors of a Tip say that it is one."""
     assert isinstance(design.tip, Tip)
+    changed: dict[str, Any] = {name: "nonsense"}
     with pytest.raises(InputError) as refusal:
-        dataclasses.replace(design.tip, **{name: "nonsense"})
+        dataclasses.replace(design.tip, **changed)
     assert refusal.value.source == "Tip"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -220,7 +221,8 @@ def test_declared_breakpoints(belongs: str) -> None:
 
 def test_segments() -> None:
     """Pairs of a duration and a velocity; what is beyond the end is left out."""
-    motion = follow([(0.5, 0.004), ("200 ms", "-2 mm/s"), (1.0, 0.001)], 2.0, 0.1, 1.0)
+    segments: list[Any] = [(0.5, 0.004), ("200 ms", "-2 mm/s"), (1.0, 0.001)]
+    motion = follow(segments, 2.0, 0.1, 1.0)
     np.testing.assert_allclose(motion.time, [2.0, 2.5, 2.7, 3.0], rtol=1e-15)
     np.testing.assert_allclose(motion.travel, [0.1, 0.102, 0.1016, 0.1019], rtol=1e-14)
     assert motion.jump.all()
@@ -304,7 +306,7 @@ def test_ticks_are_joined_where_the_acceleration_stays() -> None:
     motion = of_ticks(2.0, 0.01, travel, velocity)
     assert len(motion.velocity) == 3
     assert motion.jump.all()
-    time = 2.0 + 0.01 * np.arange(len(velocity))
+    time = np.asarray(2.0 + 0.01 * np.arange(len(velocity)), dtype=np.float64)
     got_travel, got_velocity, _ = evaluate(motion, time)
     np.testing.assert_allclose(got_travel, travel, rtol=0, atol=1e-15)
     np.testing.assert_allclose(got_velocity, velocity, rtol=0, atol=1e-15)

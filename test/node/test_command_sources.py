@@ -38,8 +38,8 @@ def trajectory(*points, names=("slide",), **fields):
     """A JointTrajectory of points (time, field=[...])."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-    points = [JointTrajectoryPoint(time_from_start=seconds(t), **values) for t, values in points]
-    return JointTrajectory(joint_names=list(names), points=points, **fields)
+    way = [JointTrajectoryPoint(time_from_start=seconds(t), **values) for t, values in points]
+    return JointTrajectory(joint_names=list(names), points=way, **fields)
 
 
 def stepped_motion(client):

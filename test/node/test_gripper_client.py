@@ -12,6 +12,8 @@ from patience import patience
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 
+from typing import Any
+
 import rclpy
 
 from hma_gripper_sim import InputError
@@ -41,7 +43,12 @@ def test_a_pick(start_node):
         up = gripper.state
         # A move that is seen all the way keeps its speed.
         gripper.move(0.004, speed=0.0125, wait=False)
-        gripper.wait_for(lambda s: speeds.append(s.velocity) or s.travel > 0.004 - 1e-9)
+
+        def moved(state: Any) -> bool:
+            speeds.append(state.velocity)
+            return state.travel > 0.004 - 1e-9
+
+        gripper.wait_for(moved)
     assert pressed.contour == "cylinder"
     assert pressed.force >= 0.3
     assert stopped.velocity == held.velocity == 0.0
@@ -71,7 +78,7 @@ def test_what_goes_wrong_has_a_name_and_a_reason(start_node):
             lambda: gripper.move_to(math.inf, speed=0.01),
             lambda: gripper.hold(-1.0),
             lambda: gripper.wait_for_travel(),
-            lambda: gripper.wait_for_force(at_least="heavy"),
+            lambda: gripper.wait_for_force(at_least="heavy"),  # type: ignore[arg-type]
             lambda: GripperClient(name="gripper"),
         ):
             with pytest.raises(InputError):
@@ -187,7 +194,12 @@ def test_others_that_publish_the_joint_are_not_taken_for_the_node(start_node, be
             time.sleep(0.01)
         gripper.move_to(0.01, speed=0.05)
         seen = []
-        gripper.wait_for(lambda state: seen.append(state) or len(seen) > 50)
+
+        def enough(state: Any) -> bool:
+            seen.append(state)
+            return len(seen) > 50
+
+        gripper.wait_for(enough)
         assert {state.travel for state in seen} == {gripper.state.travel}
         for _ in range(4):
             gripper.move(0.002, speed=0.05)
@@ -237,7 +249,7 @@ def test_a_clock_that_is_set_back_ends_a_wait(start_node, beside, wait):
         return Clock(clock=Time(nanoseconds=round(1e9 * clock[0])).to_msg())
 
     beside(Clock, "/clock", tick)
-    waited_from = []
+    waited_from: list[float] = []
 
     def set_back():
         if waited_from and clock[0] > waited_from[0] + 0.5:
@@ -295,7 +307,7 @@ def test_in_a_program_it_works_from_a_callback_beside_the_arms_own_joints(start_
         lambda: arm.publish(JointState(name=["shoulder", "elbow"], position=[1.0, 2.0])),
         callback_group=ReentrantCallbackGroup(),
     )
-    reached = []
+    reached: list[Any] = []
 
     def once():
         timer.cancel()

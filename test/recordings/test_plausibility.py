@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_good_log_is_left_alone() -> None:
         ),
     ],
 )
-def test_wrong_units_and_signs_are_named(changed: dict[str, np.ndarray], reason: str) -> None:
+def test_wrong_units_and_signs_are_named(changed: dict[str, Any], reason: str) -> None:
     (doubt,) = said(**changed)
     assert re.search(reason, doubt), doubt
 

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.device.topics import Topic
+from hma_gripper_sim.bags.topic import Topic
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.signal_map import SignalMap
 

@@ -12,7 +12,8 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from hma_gripper_sim import InputError
-from hma_gripper_sim.device.topics import CMD_VELOCITY, CONTOUR, Topic
+from hma_gripper_sim.bags.topic import Topic
+from hma_gripper_sim.device.topics import CMD_VELOCITY, CONTOUR
 from hma_gripper_sim.recordings.reading import read_messages, read_poses, read_recording
 from hma_gripper_sim.recordings.recording import Series
 from hma_gripper_sim.recordings.signal_map import SignalMap

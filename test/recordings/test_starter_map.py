@@ -11,7 +11,8 @@ import pytest
 import yaml
 from rosbags.typesys import Stores, get_typestore
 
-from hma_gripper_sim.device.topics import PHI, Topic
+from hma_gripper_sim.bags.topic import Topic
+from hma_gripper_sim.device.topics import PHI
 from hma_gripper_sim.recordings.inspection import inspect_log
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.recordings.signal_map import SignalMap

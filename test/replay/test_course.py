@@ -128,7 +128,8 @@ def test_a_log_may_begin_in_motion() -> None:
     time = 0.01 * np.arange(81)
     velocity = np.where(time < 0.505, 0.004, 0.0)
     way = 0.005 * (velocity[1:] + velocity[:-1])
-    travel = Series(time, 0.003 + np.concatenate([[0.0], np.cumsum(way)]))
+    way_points = np.concatenate([[0.0], np.cumsum(way)]) + 0.003
+    travel = Series(time, np.asarray(way_points, dtype=np.float64))
     commands = Series(np.array([0.05, 0.5]), np.array([0.004, 0.0]))
     course = commanded(recording(travel, commands), LIMITS, PERIOD)
     followed = np.interp(time, course.motion.time, course.motion.travel)

@@ -25,6 +25,7 @@ from hma_gripper_sim.device.topics import (
 )
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 from hma_gripper_sim.recordings.reading import read_messages, read_recording
+from hma_gripper_sim.recordings.recording import Recording, Series
 from hma_gripper_sim.replay import simulated_log
 from hma_gripper_sim.replay.course import Course, commanded, measured
 from hma_gripper_sim.replay.simulated_log import Replay, replay
@@ -151,9 +152,7 @@ def test_a_replay_that_starts_pressed_on_the_object_comes_down_first(
     travel = result.recording["travel"]
     half = int(np.searchsorted(travel.value, 0.010))
     time = travel.time[half:] - travel.time[half]
-    late = simulated_log.Recording(
-        "late", {"travel": simulated_log.Series(time, travel.value[half:])}, result.recording.start
-    )
+    late = Recording("late", {"travel": Series(time, travel.value[half:])}, result.recording.start)
     got = replay(measured(late, 1e-6), parameters, tmp_path / "log", PERIOD_NS).recording
     rows = slice(100, len(got["phi_left"].value))  # after a second
     expected = result.recording["phi_left"].value[half:][rows]
@@ -184,7 +183,7 @@ def test_a_failure_names_its_time_and_leaves_what_came_before(
 def test_other_libraries_read_the_log(replayed: tuple[Path, Replay]) -> None:
     """rosbags and mcap_ros2, through zstd chunks; the same numbers."""
     path, result = replayed
-    force = {"rosbags": [], "mcap_ros2": []}
+    force: dict[str, list[float]] = {"rosbags": [], "mcap_ros2": []}
     store = get_typestore(Stores.ROS2_JAZZY)
     with AnyReader([path], default_typestore=store) as reader:
         connections = [c for c in reader.connections if c.topic == ACTUATOR_WRENCH.name]

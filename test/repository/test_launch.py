@@ -39,7 +39,7 @@ def launch(installed, monkeypatch):
 
     file = runpy.run_path(str(FILE))
 
-    def run(*words: str):
+    def run(*words):
         monkeypatch.setattr(sys, "argv", ["ros2", "launch", "hma_gripper_sim", FILE.name, *words])
         context = LaunchContext(argv=words)
         declared = file["generate_launch_description"]().get_launch_arguments()
@@ -49,8 +49,13 @@ def launch(installed, monkeypatch):
         )
         return file["nodes"](context)
 
-    run.description = file["generate_launch_description"]()
     return run
+
+
+@pytest.fixture
+def description(installed):
+    """What the file declares."""
+    return runpy.run_path(str(FILE))["generate_launch_description"]()
 
 
 @pytest.fixture
@@ -59,9 +64,12 @@ def urdf(installed, monkeypatch):
     from launch.substitutions import Command
 
     calls = []
-    monkeypatch.setattr(
-        Command, "perform", lambda self, _: calls.append(self.command[-1].text) or "<robot/>"
-    )
+
+    def perform(self, _):
+        calls.append(self.command[-1].text)
+        return "<robot/>"
+
+    monkeypatch.setattr(Command, "perform", perform)
     return calls
 
 
@@ -87,8 +95,8 @@ def test_it_starts_what_is_asked_for(launch, urdf, words, expected) -> None:
     assert packages(launch(*words)) == expected
 
 
-def test_every_parameter_of_the_node_is_an_argument(launch) -> None:
-    names = {argument.name for argument in launch.description.get_launch_arguments()}
+def test_every_parameter_of_the_node_is_an_argument(description) -> None:
+    names = {argument.name for argument in description.get_launch_arguments()}
     assert names >= {*FIELDS, "use_sim_time", "namespace", "name", "params_file"}
 
 

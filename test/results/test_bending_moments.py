@@ -12,8 +12,8 @@ from hma_gripper_sim.results.bending_moments import section_moments
 def hanging(scene: Scene) -> np.ndarray:
     """Moments of all sections of the right half of the hanging gripper [N m]."""
     state = Simulation(scene).snapshot().halves[0]
-    rows = (row[None] for row in (state.q, state.v, state.a, state.wrench))
-    return section_moments(scene, *rows, np.zeros(1))[0]
+    q, v, a, wrench = (row[None] for row in (state.q, state.v, state.a, state.wrench))
+    return section_moments(scene, q, v, a, wrench, np.zeros(1))[0]
 
 
 def test_sections_of_the_thesis_are_its_joints(design: GripperDesign) -> None:

@@ -331,7 +331,7 @@ def test_command_describes_the_gripper_of_a_parameter_file(design, tmp_path):
     file = tmp_path / "node.yaml"
     file.write_text(yaml.safe_dump({"/arm/hma_gripper_sim": {"ros__parameters": parameters}}))
     output = tmp_path / "gripper.urdf"
-    result = run("--params-file", file, "--output", output, "--elements-beam", 4)
+    result = run("--params-file", file, "--output", output, "--elements-beam", "4")
     assert (result.exit_code, result.output) == (0, "")
     scene = Scene(other_design(design), Circle(0.02), discretisation="midpoint", elements_beam=4)
     limits = replace(LIMITS, travel_min=0.0, travel_max=0.02)

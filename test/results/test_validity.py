@@ -141,7 +141,7 @@ def test_the_price_of_the_thesis_discretisation(
 
 ESTIMATE = ErrorEstimate(
     1e-3, 1e-2, 1e-4, 1e-3, 2.5, 0.031, 1e-3, ("the moved run ended early",), None, None
-)  # type: ignore[arg-type]
+)
 
 
 def test_outcome_sensitivity_and_failed_companions(design: GripperDesign) -> None:

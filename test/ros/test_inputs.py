@@ -87,7 +87,9 @@ def test_with_a_prefix_the_joint_is_called_by_it():
 def test_a_trajectory_may_end_in_motion_where_that_is_allowed():
     last = point(1.0, positions=[0.01], velocities=[0.02])
     message = JointTrajectory(joint_names=["slide"], points=[last])
-    assert READ["joint_trajectory"](message, MOVING_END).trajectory.end == 1.0
+    command = READ["joint_trajectory"](message, MOVING_END)
+    assert isinstance(command, TrajectoryCommand)
+    assert command.trajectory.end == 1.0
     with pytest.raises(InputError, match="must be 0 at the last point"):
         READ["joint_trajectory"](message, SETTINGS)
 

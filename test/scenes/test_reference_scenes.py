@@ -7,6 +7,7 @@ import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,7 +59,7 @@ SCENES = {
 CERTIFIED = [name for name, reference in SCENES.items() if reference.series]
 
 
-def run(name: str, slip_velocity: float = 0.0, **options: float) -> Trace:
+def run(name: str, slip_velocity: float = 0.0, **options: Any) -> Trace:
     """Simulate a reference scene; an unmodelled touch or a failed step is an error."""
     reference = SCENES[name]
     scene = Scene(

@@ -6,6 +6,7 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,7 +145,7 @@ NUMBERS = [math.nan, math.inf, -math.inf, -0.01, "28 kg", "wide", None, True, [0
 
 
 @pytest.mark.parametrize("value", NUMBERS, ids=repr)
-def test_bad_numbers(value: object) -> None:
+def test_bad_numbers(value: Any) -> None:
     """Every dimension of every contour: one InputError naming class and field."""
     for build, source, field in (
         (lambda: Circle(value), "Circle", "radius"),

@@ -20,7 +20,7 @@ from hma_gripper_sim.device.topics import (
     JOINT_STATES,
     LOGGED_TOPICS,
     PHI,
-    Topic,
+    NodeTopic,
 )
 from hma_gripper_sim.ros.node_process import private_ros_domain
 
@@ -51,7 +51,7 @@ class Publisher:
         self._take = take
         self.wait(lambda: all(p.get_subscription_count() for p in self._publishers.values()))
 
-    def tick(self, second: int, *topics: Topic) -> None:
+    def tick(self, second: int, *topics: NodeTopic) -> None:
         """Publish messages that are stamped with a whole second."""
         for topic in topics:
             message = self._kinds[topic]()
@@ -67,7 +67,7 @@ class Publisher:
         message.name, message.position = [joint], [9.0]
         self._publishers[JOINT_STATES].publish(message)
 
-    def say(self, topic: Topic, data: object) -> None:
+    def say(self, topic: NodeTopic, data: object) -> None:
         """Publish a message without a header."""
         self._publishers[topic].publish(self._kinds[topic](data=data))
 
