@@ -125,11 +125,10 @@ def test_a_plan_reaches_its_way_points() -> None:
 
 def test_a_log_may_begin_in_motion() -> None:
     """At 4 mm/s, renewed after 0.05 s, stopped after 0.5 s: the drive's travel is the measured."""
-    time = 0.01 * np.arange(81)
+    time = 0.01 * np.arange(81, dtype=np.float64)
     velocity = np.where(time < 0.505, 0.004, 0.0)
     way = 0.005 * (velocity[1:] + velocity[:-1])
-    way_points = np.concatenate([[0.0], np.cumsum(way)]) + 0.003
-    travel = Series(time, np.asarray(way_points, dtype=np.float64))
+    travel = Series(time, 0.003 + np.concatenate([[0.0], np.cumsum(way)]))
     commands = Series(np.array([0.05, 0.5]), np.array([0.004, 0.0]))
     course = commanded(recording(travel, commands), LIMITS, PERIOD)
     followed = np.interp(time, course.motion.time, course.motion.travel)
