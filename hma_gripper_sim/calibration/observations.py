@@ -150,7 +150,7 @@ def trial(experiment: Experiment, source: str, travel_tolerance: float) -> Trial
     """
     if experiment.log is None:
         return Trial(_stated_motion(experiment), tuple(_at_instants(experiment)))
-    recording = experiment.log.read()
+    recording = experiment.log.recording
     course = measured(recording, travel_tolerance)
     begin = 1e-9 * (course.start - recording.start)
     observations = tuple(

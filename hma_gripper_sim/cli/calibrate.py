@@ -68,6 +68,14 @@ def calibrate(
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from hma_gripper_sim.errors import InputError
+    from hma_gripper_sim.experiments.experiment_file import read_experiment
+
+    console, errors = Console(), Console(stderr=True)
+    read = read_experiment(experiment)
+    with errors.status("reading"):  # before the solver is loaded: what is wrong is said at once
+        _ = read.log and read.log.recording
+
     from hma_gripper_sim.calibration.fitting import calibrate
     from hma_gripper_sim.calibration.free_parameters import free_parameters
     from hma_gripper_sim.calibration.observations import trial
@@ -75,22 +83,17 @@ def calibrate(
     from hma_gripper_sim.cli.compare import write_text
     from hma_gripper_sim.cli.printing import print_notes, print_tables
     from hma_gripper_sim.comparison.result_text import json_text
-    from hma_gripper_sim.errors import InputError
-    from hma_gripper_sim.experiments.experiment_file import read_experiment
 
-    read = read_experiment(experiment)
     scene = read.scene()
     wanted = free_parameters(free, scene, bounds)
     # How many simulations it will take is not known: the bar shows that it goes on.
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    console, errors = Console(), Console(stderr=True)
     with Progress(
         *columns, console=errors, transient=True, disable=not errors.is_terminal
     ) as progress:
-        task = progress.add_task("reading", total=None)
+        task = progress.add_task("simulating", total=None)
         measured = trial(read, str(experiment), travel_tolerance)
         print_notes(console, measured.notes)
-        progress.update(task, description="simulating")
         result = calibrate(
             scene,
             measured,

@@ -115,6 +115,9 @@ def replay(
     """
     from hma_gripper_sim.cli.compare import show, write
     from hma_gripper_sim.comparison.bounds import read_bound
+    from hma_gripper_sim.replay.source import read_source
+
+    experiment, recording = read_source(log, signal_map)
     from hma_gripper_sim.replay.session import Request, carry_out
     from hma_gripper_sim.replay.simulated_settings import assignment, contour_parameters
 
@@ -126,6 +129,8 @@ def replay(
     request = Request(
         source=log,
         output=output,
+        experiment=experiment,
+        recording=recording,
         basis=basis,
         signal_map=signal_map,
         options=options,

@@ -164,7 +164,7 @@ def compare_experiment(
         return compare_instants(simulated, experiment, path, bounds)
     result = compare_recordings(
         simulated,
-        experiment.log.read(),
+        experiment.log.recording,
         title=experiment.title,
         method=method,
         instants=instants,

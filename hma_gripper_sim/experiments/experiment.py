@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,8 +90,9 @@ class ExperimentLog:
     signal_map: SignalMap | None
     uncertainties: Mapping[str, float]
 
-    def read(self) -> Recording:
-        """Read its signals; raise `InputError` as `read_recording` does."""
+    @cached_property
+    def recording(self) -> Recording:
+        """Its signals, read when first asked for; raises `InputError` as `read_recording` does."""
         return read_recording(self.path, self.signal_map)
 
 

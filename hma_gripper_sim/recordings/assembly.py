@@ -97,7 +97,9 @@ def _chosen(
         is_wrong = any(isinstance(s, Samples) and s.is_wrong for _, s in parts)
         if signal.optional and not is_wrong:
             return None
-        raise AbsentError(_absence(signal, parts, findings))
+        is_elsewhere = not any(isinstance(s, InputError) or s.lack for _, s in parts)
+        error = AbsentError if is_elsewhere else InputError
+        raise error(_absence(signal, parts, findings))
     if signal.publisher is None:
         most = Counter(connection.file for connection, _ in said).most_common(1)[0]
         if most[1] > 1:

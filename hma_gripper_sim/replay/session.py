@@ -23,11 +23,9 @@ from hma_gripper_sim.comparison.provenance import simulation_facts
 from hma_gripper_sim.device.topics import CONTOUR
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Experiment
-from hma_gripper_sim.experiments.experiment_file import is_experiment, read_experiment
 from hma_gripper_sim.experiments.node_parameters import node_parameters
-from hma_gripper_sim.recordings.reading import read_messages, read_recording
+from hma_gripper_sim.recordings.reading import read_messages
 from hma_gripper_sim.recordings.recording import Recording
-from hma_gripper_sim.recordings.signal_map import SignalMap
 from hma_gripper_sim.replay.course import Course, commanded, measured, planned
 from hma_gripper_sim.replay.simulated_log import Replay
 from hma_gripper_sim.replay.simulated_log import replay as simulate_course
@@ -55,6 +53,8 @@ class Request:
     ----------
     source, output
         The log or experiment to replay, and the log to write.
+    experiment, recording
+        What `read_source` has read of the source.
     basis
         ``commands``, ``travel``, or None: the commands where there are any.
     signal_map
@@ -71,6 +71,8 @@ class Request:
 
     source: Path
     output: Path
+    experiment: Experiment | None
+    recording: Recording | None
     basis: str | None
     signal_map: Path | None
     options: Mapping[str, object]
@@ -96,12 +98,10 @@ def carry_out(request: Request) -> LogComparison | None:
         The simulation could not go on.
     """
     with _progress() as progress:
-        reading = progress.add_task("reading", total=None)
-        experiment, recording = _read(request)
+        experiment, recording = request.experiment, request.recording
         parameters = _parameters(request, experiment, recording)
         course = _course(request, experiment, recording, parameters)
         period_ns = _sample_period(request, parameters)
-        progress.update(reading, total=1, completed=1)
         task = progress.add_task("replaying", total=course.duration)
         began = time.perf_counter()
         result = simulate_course(
@@ -132,17 +132,6 @@ def carry_out(request: Request) -> LogComparison | None:
     for note in notes:
         console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
     return None
-
-
-def _read(request: Request) -> tuple[Experiment | None, Recording | None]:
-    """Return the experiment, if the source is one, and the recording, if there is one."""
-    if is_experiment(request.source):
-        if request.signal_map is not None:
-            raise InputError("an experiment file names its own", field="--signals")
-        experiment = read_experiment(request.source)
-        return experiment, experiment.log.read() if experiment.log else None
-    entries = None if request.signal_map is None else SignalMap.from_yaml(request.signal_map)
-    return None, read_recording(request.source, entries)
 
 
 def _parameters(

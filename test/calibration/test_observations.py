@@ -87,7 +87,7 @@ def test_what_was_recovered_in_a_log_is_passed_on(monkeypatch) -> None:
         0,
         ("3 samples of travel are NaN",),
     )
-    monkeypatch.setattr(ExperimentLog, "read", lambda self: recording)
+    monkeypatch.setattr(ExperimentLog, "recording", recording)
     log = ExperimentLog(Path("log"), None, {})
     experiment = replace(read_experiment("thesis_2013_box"), log=log)
     recovered, scatters = trial(experiment, "box", 1e-6).notes

@@ -70,6 +70,33 @@ def test_commands_without_physics_load_no_solver(arguments: tuple[str, ...]) -> 
     assert shown.endswith("set()\n")
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [("replay", "{file}", "--output", "{file}.sim"), ("calibrate", "{file}", "--free", "friction")],
+)
+def test_bad_input_is_refused_before_the_solver_is_loaded(
+    tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    """An experiment whose log is none."""
+    (tmp_path / "no.mcap").write_bytes(b"nothing")
+    file = tmp_path / "cup.yaml"
+    file.write_text(
+        "{title: T, source: S, scene: {contour: {name: c, type: circle, radius: 15 mm},"
+        " clearance: 5 mm, friction: 0.5, contact: continuous}, log: {path: no.mcap}}"
+    )
+    given = [argument.format(file=file) for argument in arguments]
+    program = (
+        "import sys; from hma_gripper_sim.cli.main import cli;"
+        f"code = cli({given!r}, standalone_mode=False);"
+        "print(code, {'matplotlib', 'numba', 'rclpy'} & set(sys.modules))"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert "error: " + str(tmp_path / "no.mcap") in shown.stderr
+    assert shown.stdout == "2 set()\n"
+
+
 def test_help_of_the_demo_explains_exit_codes_and_gives_examples() -> None:
     shown = CliRunner().invoke(cli, ["demo", "--help"])
     assert shown.exit_code == 0
