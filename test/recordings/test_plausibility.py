@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hma_gripper_sim import GripperDesign, RoundedBox, Scene, simulate
 from hma_gripper_sim.recordings.plausibility import doubts
 from hma_gripper_sim.recordings.recording import Series
 from hma_gripper_sim.recordings.signal_map import SignalMap
@@ -56,6 +57,53 @@ def test_good_log_is_left_alone() -> None:
 def test_wrong_units_and_signs_are_named(changed: dict[str, Any], reason: str) -> None:
     (doubt,) = said(**changed)
     assert re.search(reason, doubt), doubt
+
+
+@pytest.mark.parametrize("delay", [0.3, -0.4])
+@pytest.mark.parametrize("scatter", [0.0, 0.02])
+def test_force_of_another_clock_is_named_with_how_far_it_is_off(
+    delay: float, scatter: float
+) -> None:
+    """Of a gripper whose force and φ bend at the touch; 4 mm/s.
+
+    The force then grows by 0.08 N/s: of some 100 samples with the scatter the bend's place has a
+    standard error of about 2 / √100 times 0.02 N over that, 0.05 s.
+    """
+    force = np.interp(TIME - delay, TIME, FORCE)
+    force += np.random.default_rng(1).normal(0.0, scatter, TIME.size)
+    (doubt,) = said(actuator_force=force)
+    found = re.fullmatch(
+        r"actuator_force: begins to change (\S+) s, or (\S+) mm of the way, (before|after) φ, .*"
+        r"'delay' in the signal map.*",
+        doubt,
+    )
+    assert found is not None, doubt
+    assert float(found[1]) == pytest.approx(abs(delay), abs=0.02 + 2.5 * scatter)
+    assert float(found[2]) == pytest.approx(4.0 * float(found[1]), abs=0.1)
+    assert found[3] == ("after" if delay > 0.0 else "before")
+
+
+def test_small_delay_is_left_to_the_model() -> None:
+    """0.05 s at 4 mm/s are 0.2 mm: the courses of force and φ may differ by as much."""
+    assert said(actuator_force=np.interp(TIME - 0.05, TIME, FORCE)) == []
+
+
+@pytest.mark.parametrize(("velocity", "friction"), [(0.02, 0.0), (0.002, 0.6)])
+def test_clocks_of_a_simulated_gripper_are_not_in_doubt(velocity: float, friction: float) -> None:
+    """The two of 48 scenes in which the onsets of force and φ are furthest apart, either way."""
+    scene = Scene(
+        GripperDesign.thesis_2013(),
+        RoundedBox(0.03, 0.02, 0.002),
+        friction=friction,
+        clearance=0.004,
+        discretisation="gauss",
+        elements_top=1,
+        elements_beam=4,
+    )
+    trace = simulate(scene, velocity, 0.024 / velocity)
+    names = ("travel", "actuator_force", "phi_left", "phi_right")
+    signals = {name: Series(trace.time, getattr(trace, name)) for name in names}
+    assert list(doubts(signals, ())) == []
 
 
 def test_tare_in_motion_and_under_load_is_named() -> None:
