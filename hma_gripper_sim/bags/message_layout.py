@@ -159,7 +159,7 @@ class Layout:
         if node == Nodetype.NAME:
             self._struct(description, path)
         elif description[0] == "string":
-            self.texts[path] = self._text()
+            self.texts[path] = self._string()
         else:
             self._number(_KINDS[description[0]], None, path)
 
@@ -168,7 +168,7 @@ class Layout:
             for index in range(count):
                 self._struct(description, f"{path}[{index}]")
         elif description[0] == "string":
-            self.texts[path] = [self._text() for _ in range(count)]
+            self.texts[path] = [self._string() for _ in range(count)]
         else:
             self._number(_KINDS[description[0]], count, path)
 
@@ -179,7 +179,7 @@ class Layout:
         self.numbers[path] = Numbers(self._position, self.order + kind, count)
         self._skip(size * (1 if count is None else count))
 
-    def _text(self) -> str:
+    def _string(self) -> str:
         size = self._length()
         start = self._position
         self._skip(size)

@@ -9,8 +9,6 @@ import numpy as np
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 
-METHODS = ("auto", "stamps", "travel")
-
 SHARED = 0.5
 """Share of the shorter log that has to lie within the other for a match."""
 

@@ -58,10 +58,10 @@ def is_experiment(path: str | Path) -> bool:
 def _is_shipped(path: str | Path) -> bool:
     """Whether a path is no path but the name of a shipped experiment."""
     name = Path(path).name
-    return name == str(path) and not Path(path).exists() and _shipped(name).is_file()
+    return name == str(path) and not Path(path).exists() and _shipped_file(name).is_file()
 
 
-def _shipped(name: str) -> Path:
+def _shipped_file(name: str) -> Path:
     return config_directory() / "experiments" / f"{name}.yaml"
 
 
@@ -74,7 +74,7 @@ def read_experiment(path: str | Path) -> Experiment:
         Names the file, the field and what is wrong with it.
     """
     if _is_shipped(path):
-        path = _shipped(Path(path).name)
+        path = _shipped_file(Path(path).name)
     if _is_log(Path(path)):
         raise InputError(
             "is a log: wanted is an experiment file (YAML), with a scene and 'log: {path: ...}', "

@@ -303,8 +303,8 @@ def _section(mapping: Mapping[str, Any], name: str, kind: Any) -> Any:
         raise InputError(error.reason, field=error.field).within(field_prefix=name) from None
 
 
-def _plain(record: Any) -> dict[str, Any]:
+def _plain(described: Any) -> dict[str, Any]:
     def plain(value: Any) -> Any:
         return [plain(item) for item in value] if isinstance(value, tuple) else value
 
-    return {field.name: plain(getattr(record, field.name)) for field in fields(record)}
+    return {field.name: plain(getattr(described, field.name)) for field in fields(described)}

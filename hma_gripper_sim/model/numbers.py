@@ -106,7 +106,7 @@ def declared_numbers(owner: Any) -> Mapping[str, Number]:
     )
 
 
-def check_numbers(record: Any) -> None:
+def check_numbers(described: Any) -> None:
     """Validate the declared numbers of a frozen record that is being made, and convert them.
 
     Raises
@@ -114,11 +114,11 @@ def check_numbers(record: Any) -> None:
     InputError
         One is not a number, not finite, of another unit, or out of range.
     """
-    owner: Any = type(record)
+    owner: Any = type(described)
     for name, declared in declared_numbers(owner).items():
-        value = getattr(record, name)
+        value = getattr(described, name)
         if not (declared.many or (declared.optional and value is None)):
-            object.__setattr__(record, name, declared.check(value, name, owner.__name__))
+            object.__setattr__(described, name, declared.check(value, name, owner.__name__))
 
 
 def read_numbers(

@@ -186,7 +186,7 @@ def _signal(name: str, entry: object, folder: Path) -> Signal:
         publisher = entry.get("publisher")
         return Signal(
             name=name,
-            topic=absolute(_text(entry, "topic")),
+            topic=absolute(_filled_in(entry, "topic")),
             source=_source(entry, folder),
             scale=_si_per_unit(entry, unit) * quantity(entry.get("scale", 1.0), "", field="scale"),
             tare=quantity(entry.get("tare", 0.0), "s", field="tare", minimum=0.0),
@@ -203,14 +203,14 @@ def _signal(name: str, entry: object, folder: Path) -> Signal:
 
 
 def _source(entry: dict[str, Any], folder: Path) -> Source:
-    field = _text(entry, "field")
+    field = _filled_in(entry, "field")
     selectors = [
         key for key in ("joint", "frame", "urdf", "largest_but", "largest_of") if key in entry
     ]
     if len(selectors) > 1:
         raise InputError(f"cannot stand beside {selectors[0]!r}", field=selectors[1])
     if "largest_but" in entry:
-        return LargestMagnitude(field, without=_text(entry, "largest_but"))
+        return LargestMagnitude(field, without=_filled_in(entry, "largest_but"))
     if "largest_of" in entry:
         return LargestMagnitude(field, among=_names(entry["largest_of"]))
     frame = _frame(entry, "frame", ()) if "frame" in entry else None
@@ -219,12 +219,12 @@ def _source(entry: dict[str, Any], folder: Path) -> Source:
             raise InputError(f"cannot stand beside {selectors[0]!r}", field="direction")
         return Along(field, _direction(entry["direction"]), frame)
     if "joint" in entry:
-        return Field(field, joint=_text(entry, "joint"))
+        return Field(field, joint=_filled_in(entry, "joint"))
     if "urdf" in entry:
         links = _frame(entry, "urdf", ("file",))
         if field not in POSE_FIELDS:
             raise InputError(f"must be one of {', '.join(POSE_FIELDS)}", field="field")
-        file = folder / _text(entry["urdf"], "file")
+        file = folder / _filled_in(entry["urdf"], "file")
         return Robot(field, str(file), links.parent, links.child)
     return Field(field, frame=frame)
 
@@ -237,7 +237,7 @@ def _frame(entry: dict[str, Any], key: str, more: tuple[str, ...]) -> Frame:
         raise InputError(f"expected {listed}, got {fields!r}", field=key)
     try:
         refuse_unknown(fields, names)
-        return Frame(_text(fields, "parent"), _text(fields, "child"))
+        return Frame(_filled_in(fields, "parent"), _filled_in(fields, "child"))
     except InputError as error:
         raise error.within(field_prefix=key) from None
 
@@ -263,10 +263,10 @@ def _direction(given: object) -> tuple[float, float, float]:
 def _si_per_unit(entry: dict[str, Any], unit: str) -> float:
     if "unit" not in entry:
         return 1.0
-    return quantity(f"1 {_text(entry, 'unit')}", unit, field="unit")
+    return quantity(f"1 {_filled_in(entry, 'unit')}", unit, field="unit")
 
 
-def _text(entry: dict[str, Any], key: str) -> str:
+def _filled_in(entry: dict[str, Any], key: str) -> str:
     value = entry.get(key)
     if value is None:
         raise InputError("is missing", field=key)

@@ -7,7 +7,7 @@ from pathlib import Path
 from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.recordings.recording import Recording
 from hma_gripper_sim.replay.course import commanded
-from hma_gripper_sim.replay.simulated_settings import Parameters
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 from hma_gripper_sim.results.validity import findings, remarks
 from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.simulation import Simulation
@@ -26,7 +26,7 @@ def verify_log(path: Path, recording: Recording) -> tuple[str, ...]:
     InputError
         The log does not say what was commanded, or from what start.
     """
-    parameters = Parameters.parse(logged_parameters(path))
+    parameters = SimulatedSettings.parse(logged_parameters(path))
     period = parameters.period_ns * 1e-9
     course = commanded(recording, parameters.limits, period)
     simulation = Simulation(parameters.scene, parameters.tolerance)

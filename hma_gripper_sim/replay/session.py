@@ -30,7 +30,7 @@ from hma_gripper_sim.replay.course import Course, commanded, measured, planned
 from hma_gripper_sim.replay.simulated_log import Replay
 from hma_gripper_sim.replay.simulated_log import replay as simulate_course
 from hma_gripper_sim.replay.simulated_settings import (
-    Parameters,
+    SimulatedSettings,
     flat,
 )
 from hma_gripper_sim.results.validity import remarks
@@ -136,7 +136,7 @@ def carry_out(request: Request) -> LogComparison | None:
 
 def _parameters(
     request: Request, experiment: Experiment | None, recording: Recording | None
-) -> Parameters:
+) -> SimulatedSettings:
     if experiment is not None:
         given = flat(node_parameters([experiment]))
     else:
@@ -146,7 +146,7 @@ def _parameters(
             given |= _logged_contour(request.source, request.signal_map)
     if recording is not None and "publish_rate" not in given:
         given["publish_rate"] = _tick_rate(recording)
-    return Parameters.parse({**given, **request.options})
+    return SimulatedSettings.parse({**given, **request.options})
 
 
 def _logged_contour(source: Path, signal_map: Path | None) -> dict[str, object]:
@@ -180,7 +180,7 @@ def _course(
     request: Request,
     experiment: Experiment | None,
     recording: Recording | None,
-    parameters: Parameters,
+    parameters: SimulatedSettings,
 ) -> Course:
     if recording is None:
         if request.basis == "travel" or experiment is None:
@@ -194,7 +194,7 @@ def _course(
     return measured(recording, request.travel_tolerance)
 
 
-def _sample_period(request: Request, parameters: Parameters) -> int:
+def _sample_period(request: Request, parameters: SimulatedSettings) -> int:
     """Time between two samples in the output [ns]: a whole number of ticks."""
     ticks = math.ceil(1e9 / (FULL_RATE * parameters.period_ns) - 1e-6)
     if request.rate is not None:

@@ -17,7 +17,7 @@ from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.motion.prescribed_motion import follow, part_of
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.replay.course import Course
-from hma_gripper_sim.replay.simulated_settings import Parameters, metadata
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings, metadata
 from hma_gripper_sim.replay.tick_messages import (
     Stamps,
     TickMessages,
@@ -62,7 +62,7 @@ class Replay:
 
 def replay(
     course: Course,
-    parameters: Parameters,
+    parameters: SimulatedSettings,
     output: Path,
     period_ns: int,
     progress: Callable[[float], None] = lambda time: None,

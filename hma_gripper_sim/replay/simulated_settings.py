@@ -36,7 +36,7 @@ _NO_EFFECT = (
 
 
 @dataclass(frozen=True)
-class Parameters:
+class SimulatedSettings:
     """A complete and consistent set of parameters.
 
     Attributes
@@ -63,7 +63,7 @@ class Parameters:
     tolerance: float
 
     @classmethod
-    def parse(cls, given: Mapping[str, object]) -> Parameters:
+    def parse(cls, given: Mapping[str, object]) -> SimulatedSettings:
         """Validate what is given, and fill in the defaults.
 
         Parameters

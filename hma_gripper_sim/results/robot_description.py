@@ -225,7 +225,7 @@ def _inertial(mass: float, centre: ArrayLike, moments: Array, height: float) -> 
     """A body that is `height` thick across the plane; `moments` as by `_second_moments`."""
     element = ET.Element("inertial")
     element.append(_origin(_point(centre)))
-    ET.SubElement(element, "mass", value=_text(mass))
+    ET.SubElement(element, "mass", value=_decimal(mass))
     across = mass * height**2 / 12.0
     (x, xz), (_, z) = moments
     values = {
@@ -236,7 +236,7 @@ def _inertial(mass: float, centre: ArrayLike, moments: Array, height: float) -> 
         "ixz": xz,  # -∫ x z dm, with the link's z pointing down
         "iyz": 0.0,
     }
-    ET.SubElement(element, "inertia", {name: _text(value) for name, value in values.items()})
+    ET.SubElement(element, "inertia", {name: _decimal(value) for name, value in values.items()})
     return element
 
 
@@ -250,7 +250,7 @@ def _bar(start: ArrayLike, end: ArrayLike, width: float, height: float) -> ET.El
 
 def _disc(centre: ArrayLike, diameter: float, height: float) -> ET.Element:
     visual, geometry = _visual(_point(centre), (0.5 * math.pi, 0.0, 0.0))
-    ET.SubElement(geometry, "cylinder", radius=_text(0.5 * diameter), length=_text(height))
+    ET.SubElement(geometry, "cylinder", radius=_decimal(0.5 * diameter), length=_decimal(height))
     return visual
 
 
@@ -271,7 +271,7 @@ def _joint(name: str, kind: str, parent: str, child: str) -> ET.Element:
 
 def _limit(lower: float, upper: float, effort: float, velocity: float) -> ET.Element:
     values = {"lower": lower, "upper": upper, "effort": effort, "velocity": velocity}
-    return ET.Element("limit", {name: _text(value) for name, value in values.items()})
+    return ET.Element("limit", {name: _decimal(value) for name, value in values.items()})
 
 
 def _origin(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> ET.Element:
@@ -289,8 +289,8 @@ def _link_name(joint: str) -> str:
 
 
 def _texts(values: Sequence[float]) -> str:
-    return " ".join(map(_text, values))
+    return " ".join(map(_decimal, values))
 
 
-def _text(value: float) -> str:
+def _decimal(value: float) -> str:
     return f"{value + 0.0:.15g}"  # without -0

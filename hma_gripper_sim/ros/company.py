@@ -51,14 +51,19 @@ class Company:
     """
 
     def __init__(
-        self, node: Node, slide: str, *, publishes_clock: bool, is_own: Callable[[bytes], bool]
+        self,
+        node: Node,
+        slide: str,
+        *,
+        publishes_clock: bool,
+        was_published_here: Callable[[bytes], bool],
     ) -> None:
         self.findings: tuple[str, ...] = ()
         self.clock_publishers: tuple[str, ...] = ()
         self._node = node
         self._slide = slide
         self._publishes_clock = publishes_clock
-        self._is_own = is_own
+        self._is_own = was_published_here
         self._joint_states = node.resolve_topic_name("joint_states")
         self._listened_to: frozenset[tuple[int, ...]] = frozenset()
         self._subscription: Subscription | None = None

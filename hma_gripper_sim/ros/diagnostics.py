@@ -239,7 +239,7 @@ class Diagnostics:
     def _status(
         self, part: str, level: bytes, message: str, values: Mapping[str, object]
     ) -> DiagnosticStatus:
-        pairs = [KeyValue(key=key, value=_text(value)) for key, value in values.items()]
+        pairs = [KeyValue(key=key, value=_shown(value)) for key, value in values.items()]
         return DiagnosticStatus(
             level=level,
             name=f"{self._name}: {part}",
@@ -249,5 +249,5 @@ class Diagnostics:
         )
 
 
-def _text(value: object) -> str:
+def _shown(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)

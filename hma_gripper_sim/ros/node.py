@@ -69,7 +69,7 @@ class SimNode:
             node,
             settings.prefix + SLIDE,
             publishes_clock=settings.publish_clock,
-            is_own=self._outputs.is_own,
+            was_published_here=self._outputs.was_published_here,
         )
         self._reported = drive.status()
 

@@ -79,7 +79,7 @@ class Outputs:
         self._reported = time.monotonic()
         self._accounted = 0
 
-    def is_own(self, joint_states: bytes) -> bool:
+    def was_published_here(self, joint_states: bytes) -> bool:
         """Whether serialised joint states are among the last that were published here."""
         return len(joint_states) == self._size and header_stamp(joint_states) in self._stamps
 

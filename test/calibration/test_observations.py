@@ -98,9 +98,9 @@ def test_what_was_recovered_in_a_log_is_passed_on(monkeypatch) -> None:
 def test_a_log_without_force_and_angles_is_refused(tmp_path) -> None:
     from hma_gripper_sim.replay.course import planned
     from hma_gripper_sim.replay.simulated_log import replay
-    from hma_gripper_sim.replay.simulated_settings import Parameters
+    from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 
-    parameters = Parameters.parse({"discretisation": "midpoint", "travel_max": 0.001})
+    parameters = SimulatedSettings.parse({"discretisation": "midpoint", "travel_max": 0.001})
     course = planned(read_experiment("thesis_2013_box").motion[:1], parameters.limits, 0.01)
     replay(course, parameters, tmp_path / "log", 100_000_000)
     file = tmp_path / "blind.yaml"

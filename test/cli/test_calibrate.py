@@ -12,7 +12,7 @@ from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.experiments.experiment_file import read_experiment
 from hma_gripper_sim.replay.course import planned
 from hma_gripper_sim.replay.simulated_log import replay
-from hma_gripper_sim.replay.simulated_settings import Parameters
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 
 EXPERIMENT = """
 title: A cup
@@ -35,7 +35,9 @@ def run(*arguments: object) -> Result:
 def cup(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An experiment whose log was made with a friction of 0.7; its file says 0.5."""
     folder = tmp_path_factory.mktemp("cup")
-    parameters = Parameters.parse({"contour": "cylinder", "friction": 0.7, "travel_max": 0.016})
+    parameters = SimulatedSettings.parse(
+        {"contour": "cylinder", "friction": 0.7, "travel_max": 0.016}
+    )
     segments = [segment for segment in read_experiment("thesis_2013_cylinder").motion]
     motion = [type(s)(s.velocity, 4.0) for s in segments]
     replay(planned(motion, parameters.limits, 0.01), parameters, folder / "log", 10_000_000)

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.experiments.experiment_file import read_experiment
-from hma_gripper_sim.replay.simulated_settings import Parameters
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 
 GOLDEN = Path(__file__).parents[1] / "data" / "golden"
 SCENES = sorted(path.stem for path in GOLDEN.glob("*.yaml"))
@@ -50,7 +50,7 @@ def test_golden_logs_are_small_and_of_the_scene_beside_them(scene: str) -> None:
     files = list((GOLDEN / scene).iterdir())
     assert sum(file.stat().st_size for file in files) < 60_000
     experiment = read_experiment(GOLDEN / f"{scene}.yaml")
-    parameters = Parameters.parse(logged_parameters(GOLDEN / scene))
+    parameters = SimulatedSettings.parse(logged_parameters(GOLDEN / scene))
     assert parameters.scene.contour == experiment.contour
     assert parameters.scene.friction == experiment.friction
     assert parameters.scene.contact == experiment.contact

@@ -16,7 +16,7 @@ from hma_gripper_sim.recordings.reading import read_messages, read_recording
 from hma_gripper_sim.recordings.run_figures import FIGURES, Run
 from hma_gripper_sim.replay.course import planned
 from hma_gripper_sim.replay.simulated_log import replay
-from hma_gripper_sim.replay.simulated_settings import Parameters
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 
 PERIOD = 0.01  # s
 
@@ -24,7 +24,7 @@ PERIOD = 0.01  # s
 @pytest.mark.parametrize("discretisation", DISCRETISATIONS)
 def test_trace_state_and_log_agree(discretisation: str, tmp_path: Path) -> None:
     """Bit by bit where it is read, to rounding where it is computed from the state itself."""
-    known = Parameters.parse({"contour": "wedge"})  # no mirror image: the sides differ
+    known = SimulatedSettings.parse({"contour": "wedge"})  # no mirror image: the sides differ
     scene = replace(
         known.scene, discretisation=discretisation, elements_top=3, elements_beam=6, offset=1e-3
     )
@@ -50,7 +50,7 @@ def test_trace_state_and_log_agree(discretisation: str, tmp_path: Path) -> None:
 
 def test_moments_of_joints_are_another_number(tmp_path: Path) -> None:
     """That of `midpoint`'s joints, within their GBEs, is smaller than that of the sections."""
-    known = Parameters.parse({"contour": "cylinder", "discretisation": "midpoint"})
+    known = SimulatedSettings.parse({"contour": "cylinder", "discretisation": "midpoint"})
     course = planned((Segment(0.004, 2.0),), known.limits, PERIOD)
     replay(course, known, tmp_path / "log", round(1e9 * PERIOD))
     joints, phi = (
@@ -66,7 +66,7 @@ def test_moments_of_joints_are_another_number(tmp_path: Path) -> None:
 
 def test_logs_of_the_thesis_have_no_second_copy(tmp_path: Path) -> None:
     """Its joints stand at the sections: their efforts say it, as in logs of every version."""
-    known = Parameters.parse({"contour": "cylinder"})
+    known = SimulatedSettings.parse({"contour": "cylinder"})
     course = planned((Segment(0.004, 0.5),), known.limits, PERIOD)
     replay(course, known, tmp_path / "log", round(1e9 * PERIOD))
     assert all(not len(m.content.effort) for m in read_messages(tmp_path / "log", [PHI.name]))

@@ -29,7 +29,7 @@ from hma_gripper_sim.recordings.recording import Recording, Series
 from hma_gripper_sim.replay import simulated_log
 from hma_gripper_sim.replay.course import Course, commanded, measured
 from hma_gripper_sim.replay.simulated_log import Replay, replay
-from hma_gripper_sim.replay.simulated_settings import Parameters
+from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
 from hma_gripper_sim.simulation.companion_runs import Companions
 
 PERIOD_NS = 10_000_000
@@ -47,7 +47,7 @@ def test_the_log_holds_what_was_returned(replayed: tuple[Path, Replay]) -> None:
 
 
 def test_all_messages_of_a_tick_have_one_stamp(
-    replayed: tuple[Path, Replay], parameters: Parameters
+    replayed: tuple[Path, Replay], parameters: SimulatedSettings
 ) -> None:
     path, result = replayed
     topics = [topic.name for topic in STAMPED_TOPICS]
@@ -63,16 +63,16 @@ def test_all_messages_of_a_tick_have_one_stamp(
 
 
 def test_the_log_says_what_was_simulated(
-    replayed: tuple[Path, Replay], parameters: Parameters
+    replayed: tuple[Path, Replay], parameters: SimulatedSettings
 ) -> None:
     path, _ = replayed
-    assert Parameters.parse(logged_parameters(path)) == parameters
+    assert SimulatedSettings.parse(logged_parameters(path)) == parameters
     (name,) = (message.content.data for message in read_messages(path, [CONTOUR.name]))
     assert name == "cylinder"
 
 
 def test_two_replays_are_the_same_byte_for_byte(
-    replayed: tuple[Path, Replay], course: Course, parameters: Parameters, tmp_path: Path
+    replayed: tuple[Path, Replay], course: Course, parameters: SimulatedSettings, tmp_path: Path
 ) -> None:
     path, _ = replayed
     again = tmp_path / "log"
@@ -82,7 +82,7 @@ def test_two_replays_are_the_same_byte_for_byte(
 
 
 def test_a_replay_of_the_commands_in_the_log_is_the_same_again(
-    replayed: tuple[Path, Replay], parameters: Parameters, tmp_path: Path
+    replayed: tuple[Path, Replay], parameters: SimulatedSettings, tmp_path: Path
 ) -> None:
     path, result = replayed
     course = commanded(read_recording(path), parameters.limits, PERIOD_NS * 1e-9)
@@ -93,7 +93,7 @@ def test_a_replay_of_the_commands_in_the_log_is_the_same_again(
 
 
 def test_it_gives_what_the_drive_gives_tick_by_tick(
-    replayed: tuple[Path, Replay], parameters: Parameters
+    replayed: tuple[Path, Replay], parameters: SimulatedSettings
 ) -> None:
     """The node's own loop: travel to rounding, force and angle to what the solver aims at."""
     path, result = replayed
@@ -129,7 +129,7 @@ def test_it_gives_what_the_drive_gives_tick_by_tick(
 def test_blocks_leave_no_trace(
     replayed: tuple[Path, Replay],
     course: Course,
-    parameters: Parameters,
+    parameters: SimulatedSettings,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -145,7 +145,7 @@ def test_blocks_leave_no_trace(
 
 
 def test_a_replay_that_starts_pressed_on_the_object_comes_down_first(
-    replayed: tuple[Path, Replay], course: Course, parameters: Parameters, tmp_path: Path
+    replayed: tuple[Path, Replay], course: Course, parameters: SimulatedSettings, tmp_path: Path
 ) -> None:
     """From half way of the same descent on; at rest there, the beams have relaxed."""
     _, result = replayed
@@ -160,7 +160,7 @@ def test_a_replay_that_starts_pressed_on_the_object_comes_down_first(
 
 
 def test_a_failure_names_its_time_and_leaves_what_came_before(
-    course: Course, parameters: Parameters, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    course: Course, parameters: SimulatedSettings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(simulated_log, "BLOCK", 100)
     steps = iter(range(100))
@@ -198,9 +198,9 @@ def test_other_libraries_read_the_log(replayed: tuple[Path, Replay]) -> None:
         assert np.array_equal(values, result.recording["actuator_force"].value)
 
 
-def test_left_is_left(course: Course, parameters: Parameters, tmp_path: Path) -> None:
+def test_left_is_left(course: Course, parameters: SimulatedSettings, tmp_path: Path) -> None:
     """An object to the right of the axis spreads the right beam first; also in the messages."""
-    aside = Parameters.parse({**parameters.given, "offset": 0.002})
+    aside = SimulatedSettings.parse({**parameters.given, "offset": 0.002})
     result = replay(course, aside, tmp_path / "log", PERIOD_NS).recording
     read = read_recording(tmp_path / "log")
     for side in ("phi_left", "phi_right"):
@@ -224,7 +224,7 @@ def test_a_command_stands_after_the_tick_that_was_seen_when_it_was_sent(
 
 
 def test_a_replay_says_its_error_and_the_log_does_so_too(
-    replayed: tuple[Path, Replay], course: Course, parameters: Parameters
+    replayed: tuple[Path, Replay], course: Course, parameters: SimulatedSettings
 ) -> None:
     """That of one verified run along the whole course, although it is simulated in blocks."""
     path, result = replayed
@@ -240,7 +240,7 @@ def test_a_replay_says_its_error_and_the_log_does_so_too(
 
 
 def test_blocks_are_verified_together(
-    course: Course, parameters: Parameters, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    course: Course, parameters: SimulatedSettings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Their error is of the size of the whole run's: it is not that of each block alone."""
     whole = replay(course, parameters, tmp_path / "whole", PERIOD_NS)

@@ -12,7 +12,7 @@ from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.experiments.experiment_file import read_experiment
 from hma_gripper_sim.experiments.node_parameters import node_parameters
 from hma_gripper_sim.replay.simulated_settings import (
-    Parameters,
+    SimulatedSettings,
     assignment,
     contour_parameters,
     flat,
@@ -21,14 +21,14 @@ from hma_gripper_sim.replay.simulated_settings import (
 
 def test_the_nodes_catalogue_is_there() -> None:
     """Objects of the shipped config/sim_node.yaml, by name."""
-    assert isinstance(Parameters.parse({"contour": "box"}).scene.contour, RoundedBox)
-    assert isinstance(Parameters.parse({"contour": "wedge"}).scene.contour, Polygon)
+    assert isinstance(SimulatedSettings.parse({"contour": "box"}).scene.contour, RoundedBox)
+    assert isinstance(SimulatedSettings.parse({"contour": "wedge"}).scene.contour, Polygon)
     with pytest.raises(InputError, match=r"unknown contour 'cup' \(known: .*wedge"):
-        Parameters.parse({"contour": "cup"})
+        SimulatedSettings.parse({"contour": "cup"})
 
 
 def test_parameters_reach_the_scene_in_si_units() -> None:
-    parameters = Parameters.parse(
+    parameters = SimulatedSettings.parse(
         {
             "contour": "cylinder",
             "friction": 0.8,
@@ -46,25 +46,25 @@ def test_parameters_reach_the_scene_in_si_units() -> None:
     assert parameters.period_ns == 4_000_000
     assert parameters.limits.max_velocity == 0.02
     # What the log will hold gives the same again.
-    assert Parameters.parse(parameters.given) == parameters
+    assert SimulatedSettings.parse(parameters.given) == parameters
 
 
 def test_an_experiment_is_the_scene_that_it_describes() -> None:
     experiment = read_experiment("thesis_2013_cylinder")
-    scene = Parameters.parse(flat(node_parameters([experiment]))).scene
+    scene = SimulatedSettings.parse(flat(node_parameters([experiment]))).scene
     assert scene == replace(experiment.scene(), discretisation="thesis")
 
 
 def test_a_contour_can_be_a_file(tmp_path: Path) -> None:
     file = tmp_path / "cup.yaml"
     file.write_text("{type: circle, radius: 12 mm, clearance: 3 mm}")
-    parameters = Parameters.parse(contour_parameters(str(file)))
+    parameters = SimulatedSettings.parse(contour_parameters(str(file)))
     assert parameters.contour == "cup"
     assert parameters.scene.contour == Circle(0.012)
     assert parameters.scene.clearance == 0.003
     file = tmp_path / "box.yaml"  # also where the catalogue has one of this name
     file.write_text("{type: polygon, points: [[-8 mm, 0], [8 mm, 0], [0, 9 mm]], rounding: 2 mm}")
-    contour = Parameters.parse(contour_parameters(str(file))).scene.contour
+    contour = SimulatedSettings.parse(contour_parameters(str(file))).scene.contour
     assert isinstance(contour, Polygon)
     assert len(contour.core) == 3
 
@@ -82,7 +82,7 @@ def test_a_contour_can_be_a_file(tmp_path: Path) -> None:
 )
 def test_bad_parameters_are_named(given: dict[str, object], field: str | None) -> None:
     with pytest.raises(InputError) as caught:
-        Parameters.parse(given)
+        SimulatedSettings.parse(given)
     assert field is None or caught.value.field == field
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import TracebackType
 
 import rclpy
 from rclpy.context import Context
@@ -15,7 +14,7 @@ from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.experiments.experiment import Segment
 from hma_gripper_sim.ros.client.gripper_client import GripperClient, GripperError
 from hma_gripper_sim.ros.node_process import NodeProcess
-from hma_gripper_sim.ros.recording.topic_logger import Recorder
+from hma_gripper_sim.ros.recording.topic_logger import TopicLogger
 
 _POLL = 0.002
 """How often new messages are looked for [s]."""
@@ -44,7 +43,7 @@ class DemoClient:
         self._context = Context()
         # Without handlers of its own: Ctrl-C stays a KeyboardInterrupt.
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._recorder = Recorder(self._context)
+        self._recorder = TopicLogger(self._context)
         self._gripper = GripperClient(patience=_ANSWER_TIMEOUT, check=self._check)
         self._progress: Callable[[], None] = lambda: None
 
@@ -99,12 +98,7 @@ class DemoClient:
     def __enter__(self) -> DemoClient:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._gripper.close()
         self._recorder.close()
         rclpy.try_shutdown(context=self._context)

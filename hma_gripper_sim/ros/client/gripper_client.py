@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters, SetParameters
@@ -298,12 +297,7 @@ class GripperClient:
     def __enter__(self) -> GripperClient:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if error is not None and self._node.context.ok():
             self._sender.stop()
             self._sender.flush(1.0)

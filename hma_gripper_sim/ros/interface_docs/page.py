@@ -47,7 +47,7 @@ def interface_page(interface: Interface) -> str:
         PARAMETERS,
     ]
     for title, fields in GROUPS.items():
-        sections += [f"### {title}", _fields(fields)]
+        sections += [f"### {title}", _parameter_rows(fields)]
     sections += ["### Objects: contours.NAME.*", OBJECTS, _objects()]
     sections += [DIAGNOSTICS, ROBOT_DESCRIPTION, SECURITY]
     return "\n\n".join(section.strip() for section in sections) + "\n"
@@ -75,7 +75,7 @@ def _title(endpoint: Endpoint) -> str:
     return f"{_SELECT}NAME" if endpoint.name.startswith(_SELECT) else endpoint.name
 
 
-def _fields(fields: Mapping[str, Field]) -> str:
+def _parameter_rows(fields: Mapping[str, Field]) -> str:
     rows = [
         (
             f"`{name}`",

@@ -19,7 +19,7 @@ from hma_gripper_sim.device.topics import JOINT_STATES, RECORDED_TOPICS, topic_o
 from hma_gripper_sim.replay.simulated_settings import metadata
 from hma_gripper_sim.ros.node_process import NodeError
 from hma_gripper_sim.ros.recording.parameter_query import ask_parameters
-from hma_gripper_sim.ros.recording.topic_logger import Recorder
+from hma_gripper_sim.ros.recording.topic_logger import TopicLogger
 
 FLUSH_PERIOD = 0.5
 """What was written longer ago than this [s] is there even if this process is killed."""
@@ -127,7 +127,7 @@ def _topics(node: str) -> list[Topic]:
     return [topic_of(node, topic) for topic in RECORDED_TOPICS]
 
 
-def _await_node(recorder: Recorder, node: str, patience: float) -> None:
+def _await_node(recorder: TopicLogger, node: str, patience: float) -> None:
     give_up = time.monotonic() + patience
     while not recorder.hears_node:
         if time.monotonic() > give_up:
@@ -140,11 +140,11 @@ def _await_node(recorder: Recorder, node: str, patience: float) -> None:
 
 
 @contextmanager
-def _listening(node: str) -> Iterator[tuple[Context, Recorder]]:
+def _listening(node: str) -> Iterator[tuple[Context, TopicLogger]]:
     context = Context()
     # Without handlers of its own: until the log is open, Ctrl-C stays a KeyboardInterrupt.
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-    recorder = Recorder(context, RECORDED_TOPICS, node)
+    recorder = TopicLogger(context, RECORDED_TOPICS, node)
     try:
         yield context, recorder
     finally:

@@ -39,7 +39,7 @@ _SLIDE_ENTRY = SLIDE.encode() + b"\0"
 """In serialised joint states that hold the joint, whatever its prefix."""
 
 
-class Recorder:
+class TopicLogger:
     """Knows the node's last messages, and writes all of them to a log while there is one.
 
     Messages stay serialised. In the log each has the stamp of its header; one without a header

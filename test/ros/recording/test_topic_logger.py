@@ -87,12 +87,12 @@ def pair() -> Iterator[tuple[Any, Publisher]]:
     """A recorder, and who it listens to."""
     import rclpy
 
-    from hma_gripper_sim.ros.recording.topic_logger import Recorder
+    from hma_gripper_sim.ros.recording.topic_logger import TopicLogger
 
     context = rclpy.Context()
     with private_ros_domain():
         context.init()
-    recorder = Recorder(context)
+    recorder = TopicLogger(context)
     publisher = Publisher(context, recorder.take)
     yield recorder, publisher
     publisher.close()
