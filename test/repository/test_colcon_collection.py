@@ -47,7 +47,7 @@ def collected(*options: str, **variables: str) -> Counter[str]:
     done = subprocess.run(
         [*command, *options],
         cwd=ROOT,
-        env={**os.environ, **variables},
+        env={**os.environ, **variables, "PYTEST_ADDOPTS": ""},  # colcon's own are in there
         capture_output=True,
         text=True,
         timeout=patience(300.0),
