@@ -13,6 +13,9 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_PYTHON_VERSION ROS_VERSION
 endif
 
+# Tests of a file stay together: they share what they started. Much of their time is waiting for nodes.
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
+
 # What test/replay/test_golden_logs.py compares with: one log for each scene in that folder.
 GOLDEN := test/data/golden
 
@@ -36,7 +39,7 @@ demo: $(VENV)/.installed
 	$(BIN)/hma_gripper demo
 
 test: lint types
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
@@ -47,10 +50,10 @@ types: $(VENV)/.installed-test
 	$(BIN)/mypy
 
 unit: $(VENV)/.installed-test
-	$(BIN)/python -m pytest --ignore=test/node --ignore=test/scenes
+	$(PYTEST) --ignore=test/node --ignore=test/scenes
 
 ros-test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest test/node test/ros
+	$(PYTEST) test/node test/ros
 
 docs: $(VENV)/.installed-docs
 	$(BIN)/python -m hma_gripper_sim.ros.interface_docs

@@ -122,6 +122,7 @@ setup(
             "import-linter==2.17",
             "mypy==2.4.1",
             "pytest>=7.4,<9",
+            "pytest-xdist>=3.5,<4",
             "ruff==0.17.6",
             "types-PyYAML>=6.0",
             "xacro>=2.0",

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
-from patience import patience
+from patience import patience, slowdown
 
 from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.cli.main import cli
@@ -121,10 +121,11 @@ def test_a_recorded_run_is_replayed_as_it_was(
     The log says what was simulated: the golden log's parameters, not the node's own.
 
     Whoever commands and whoever records may be held up: which tick took a command shows in the
-    travel. Along the measured travel the velocity is a step where the drive ramps, so that for a
-    tick or two the dampers' force comes early or late: 1 %.
+    travel. So the node's time passes the slower the busier the machine is. Along the measured travel
+    the velocity is a step where the drive ramps, so that for a tick or two the dampers' force comes
+    early or late: 1 %.
     """
-    client = start_golden(real_time_factor=2.0)
+    client = start_golden(real_time_factor=2.0 / slowdown())
     log = tmp_path / "live"
     recorder = subprocess.Popen(
         [sys.executable, "-m", "hma_gripper_sim.cli.main", "record", str(log)],
@@ -134,8 +135,10 @@ def test_a_recorded_run_is_replayed_as_it_was(
         text=True,
     )
     try:
-        client.wait(lambda: client._velocity.get_subscription_count() > 1, patience=60.0)
-        client.wait(lambda: sum(f.stat().st_size for f in log.glob("*.mcap")) > 50_000, 60.0)
+        client.wait(lambda: client._velocity.get_subscription_count() > 1, patience=patience(60.0))
+        client.wait(
+            lambda: sum(f.stat().st_size for f in log.glob("*.mcap")) > 50_000, patience(60.0)
+        )
         begin = stamp(client.joints[-1])
         for sent, velocity in commands():
             client.wait(lambda due=begin + sent: stamp(client.joints[-1]) >= due)
