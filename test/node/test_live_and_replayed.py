@@ -121,9 +121,9 @@ def test_a_recorded_run_is_replayed_as_it_was(
     The log says what was simulated: the golden log's parameters, not the node's own.
 
     Whoever commands and whoever records may be held up: which tick took a command shows in the
-    travel. So the node's time passes the slower the busier the machine is. Along the measured travel
-    the velocity is a step where the drive ramps, so that for a tick or two the dampers' force comes
-    early or late: 1 %.
+    travel. So the node's time passes the slower the busier the machine is. Along the measured
+    travel the velocity is a step where the drive ramps, so that for a tick or two the dampers'
+    force comes early or late: 1 %.
     """
     client = start_golden(real_time_factor=2.0 / slowdown())
     log = tmp_path / "live"
