@@ -92,9 +92,7 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
 
     At least half of the shorter one has to lie within the other.
     """
-    # Slow to import, and not needed where the stamps agree.
-    from scipy.optimize import minimize_scalar
-    from scipy.signal import fftconvolve
+    from scipy.optimize import minimize_scalar  # slow to import; most logs agree in their stamps
 
     step = max(STEP, (_length(simulated) + _length(experiment)) / MAX_SAMPLES)
     ours, theirs = _even(simulated, step), _even(experiment, step)
@@ -107,9 +105,9 @@ def best_offset(simulated: Series, experiment: Series, source: str = "") -> floa
             )
     # Mean square of ours[i + lag] - theirs[i] over the overlap, for every lag at once.
     ones = np.ones(len(theirs))
-    count = fftconvolve(np.ones(len(ours)), ones[::-1])
-    squares = fftconvolve(ours**2, ones[::-1]) + fftconvolve(np.ones(len(ours)), theirs[::-1] ** 2)
-    error = (squares - 2.0 * fftconvolve(ours, theirs[::-1])) / np.maximum(count, 1.0)
+    count = _convolved(np.ones(len(ours)), ones)
+    squares = _convolved(ours**2, ones) + _convolved(np.ones(len(ours)), theirs[::-1] ** 2)
+    error = (squares - 2.0 * _convolved(ours, theirs[::-1])) / np.maximum(count, 1.0)
     enough = count >= SHARED * min(len(ours), len(theirs)) - 0.5
     lag = int(np.argmin(np.where(enough, error, np.inf))) - (len(theirs) - 1)
     coarse = lag * step + float(simulated.time[0] - experiment.time[0])
@@ -155,6 +153,12 @@ def estimated_delay(simulated: Series, measured: Series) -> tuple[float, float] 
         curvature = before - 2.0 * at + after
         fine = 0.5 * (before - after) / curvature if curvature > 0.0 else 0.0
     return float((lags[best] + fine) * step), float(errors[best] / undelayed)
+
+
+def _convolved(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the whole convolution, shape (n + m - 1,); `scipy.signal` takes 30 MB to import."""
+    size = len(a) + len(b) - 1
+    return np.fft.irfft(np.fft.rfft(a, size) * np.fft.rfft(b, size), size)
 
 
 def _range(recording: Recording) -> tuple[float, float]:
