@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     )
     from hma_gripper_sim.results.error_estimate import ErrorEstimate
     from hma_gripper_sim.results.validity import Finding, Severity
-    from hma_gripper_sim.simulation.simulation import Simulation, SimulationState, simulate
+    from hma_gripper_sim.simulation.simulation import Simulation, simulate
+    from hma_gripper_sim.simulation.state import SimulationState
     from hma_gripper_sim.simulation.trace import Trace
     from hma_gripper_sim.yaml_reading import config_directory
 
@@ -70,7 +71,8 @@ _MODULES = {
     "results.error_estimate": ("ErrorEstimate",),
     "mechanics.states": ("Snapshot",),
     "mechanics.outcome": ("Outcome", "SimulationError", "SolverStats"),
-    "simulation.simulation": ("Simulation", "SimulationState", "simulate"),
+    "simulation.simulation": ("Simulation", "simulate"),
+    "simulation.state": ("SimulationState",),
     "simulation.trace": ("Trace",),
 }
 

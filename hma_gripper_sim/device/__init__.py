@@ -9,5 +9,6 @@ arbitration          several sources of commands for one drive
 request_queue        calls from other threads, carried out between two ticks
 tick_schedule        when each tick is due, and the time stamp it carries
 topics               the topics of the device
+tick_messages        what is published every tick, as bytes
 ===================  =========================================================
 """

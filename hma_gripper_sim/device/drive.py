@@ -30,7 +30,8 @@ from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.trajectory import Spline, Trajectory, WayPoint
 from hma_gripper_sim.results.observation import observe_instant
 from hma_gripper_sim.results.validity import Finding, findings
-from hma_gripper_sim.simulation.simulation import Simulation, SimulationState
+from hma_gripper_sim.simulation.simulation import Simulation
+from hma_gripper_sim.simulation.state import SimulationState
 from hma_gripper_sim.units import quantity
 
 

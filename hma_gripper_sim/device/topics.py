@@ -1,8 +1,7 @@
 """The topics of the node, in one table: names, message types, and what is on them.
 
 Publishers, subscriptions, the recorder, replays, the documentation and the security policy go by
-it.  What is published every tick has its messages in `ros.state_messages` and
-`replay.tick_messages`.
+it.  What is published every tick has its messages in `device.tick_messages`.
 """
 
 from __future__ import annotations

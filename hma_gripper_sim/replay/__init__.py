@@ -5,7 +5,6 @@ source              what is to be replayed, read before the solver is loaded
 simulated_settings  what is simulated: the log's own settings, an experiment, options
 course              what the gripper is made to do: commands, measured travel, a plan
 simulated_log       the simulation along a course, in blocks, and the log of it
-tick_messages       blocks of results as serialised messages
 session             a replay from what the user asks for to the comparison
 log_verification    how far the simulation behind a log can be trusted
 ==================  =================================================================

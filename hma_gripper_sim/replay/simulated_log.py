@@ -6,29 +6,25 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hma_gripper_sim.bags.log_metadata import REMARKS_KEY, remarks_text
 from hma_gripper_sim.bags.log_writer import LogWriter
+from hma_gripper_sim.device.tick_messages import Stamps, TickMessages, data_message
 from hma_gripper_sim.device.topics import CMD_VELOCITY, CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.mechanics.outcome import SimulationError
-from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.motion.prescribed_motion import follow, part_of
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
 from hma_gripper_sim.replay.course import Course
 from hma_gripper_sim.replay.simulated_settings import SimulatedSettings, metadata
-from hma_gripper_sim.replay.tick_messages import (
-    Stamps,
-    TickMessages,
-    contour_message,
-    velocity_message,
-)
 from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import join
 from hma_gripper_sim.results.validity import Finding, findings, remarks
 from hma_gripper_sim.simulation.companion_runs import Companions
 from hma_gripper_sim.simulation.simulation import Simulation
+from hma_gripper_sim.simulation.state import SimulationState
 from hma_gripper_sim.simulation.trace import Trace
 
 BLOCK = 4000
@@ -94,16 +90,17 @@ def replay(
     blocks, observed = [], []
     topics = (*STAMPED_TOPICS, CONTOUR, *((CMD_VELOCITY,) if len(course.commands.time) else ()))
     with LogWriter(output, topics, compressed=True, custom_data=texts) as log:
-        log.write(CONTOUR.name, course.start, contour_message(parameters.contour))
+        log.write(CONTOUR.name, course.start, data_message(CONTOUR, parameters.contour))
         commands = _commands(course, period_ns)
         due, velocity = next(commands)
         for trace, kept, stamps in _blocks(simulation, companions, course, period_ns):
-            for topic, stamp, content in messages.of(trace, kept, stamps):
+            states = trace.states(kept)
+            for topic, stamp, content in messages.of_ticks(states, stamps):
                 while due < stamp:
-                    log.write(CMD_VELOCITY.name, due, velocity_message(velocity))
+                    log.write(CMD_VELOCITY.name, due, data_message(CMD_VELOCITY, velocity))
                     due, velocity = next(commands)
                 log.write(topic.name, stamp, content)
-            blocks.append((stamps, _signals(trace, kept)))
+            blocks.append((stamps, _signals(states)))
             observed.append(trace.observed)
             progress((int(stamps[-1]) - course.start) * 1e-9)
         estimate = companions.estimate()
@@ -175,14 +172,15 @@ def _commands(course: Course, period_ns: int) -> Iterator[tuple[int, float]]:
     yield 2**63, 0.0
 
 
-def _signals(trace: Trace, kept: slice) -> dict[str, FloatArray]:
-    return {
-        "travel": trace.travel[kept],
-        "actuator_force": trace.actuator_force[kept],
-        "phi_left": trace.phi_left[kept],
-        "phi_right": trace.phi_right[kept],
-        "bending_moment": np.maximum(*(trace.largest_moments(side)[kept] for side in SIDES)),
+def _signals(states: SimulationState) -> dict[str, FloatArray]:
+    signals: dict[str, Any] = {
+        "travel": states.travel,
+        "actuator_force": states.actuator_force,
+        "phi_left": states.phi_left,
+        "phi_right": states.phi_right,
+        "bending_moment": np.maximum(states.moment_left, states.moment_right),
     }
+    return signals
 
 
 def _recording(source: str, blocks: list[tuple[Stamps, dict[str, FloatArray]]]) -> Recording:

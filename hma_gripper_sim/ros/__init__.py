@@ -9,7 +9,6 @@ listener        hears reliable publishers and best-effort ones
 node_clock      the node's clock, and whether it stands still
 company         who else on the graph does what only one should
 publishers      everything that the node publishes
-state_messages  states as messages
 message_bytes   what serialised messages say, without deserialising them
 markers         pictures as messages
 diagnostics     the node's reports about itself

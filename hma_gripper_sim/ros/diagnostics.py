@@ -13,7 +13,7 @@ from hma_gripper_sim.device.drive import DriveStatus
 from hma_gripper_sim.mechanics.states import Snapshot
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.results.validity import Finding, Severity
-from hma_gripper_sim.simulation.simulation import SimulationState
+from hma_gripper_sim.simulation.state import SimulationState
 
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,

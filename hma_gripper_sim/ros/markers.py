@@ -20,7 +20,7 @@ from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.results.contact_forces import ContactForce, contact_forces
 from hma_gripper_sim.results.gripper_outline import gripper_outline
 from hma_gripper_sim.results.robot_description import MOUNT
-from hma_gripper_sim.simulation.simulation import SimulationState
+from hma_gripper_sim.simulation.state import SimulationState
 
 Array = NDArray[np.float64]
 

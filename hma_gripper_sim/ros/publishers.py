@@ -9,12 +9,15 @@ import numpy as np
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
+from hma_gripper_sim.bags.message_template import MessageTemplate
 from hma_gripper_sim.device.arbitration import Arbiter
 from hma_gripper_sim.device.drive import Drive
 from hma_gripper_sim.device.settings import Settings
+from hma_gripper_sim.device.tick_messages import TickMessages
 from hma_gripper_sim.device.tick_schedule import Timeline
 from hma_gripper_sim.device.topics import (
     CLOCK,
@@ -22,6 +25,7 @@ from hma_gripper_sim.device.topics import (
     DIAGNOSTICS,
     JOINT_STATES,
     MARKERS,
+    STAMPED_TOPICS,
     NodeTopic,
 )
 from hma_gripper_sim.ros.company import Company
@@ -30,8 +34,7 @@ from hma_gripper_sim.ros.markers import MarkerMessages
 from hma_gripper_sim.ros.message_bytes import header_stamp
 from hma_gripper_sim.ros.message_types import message_type
 from hma_gripper_sim.ros.node_clock import NodeClock
-from hma_gripper_sim.ros.state_messages import StateMessages, template
-from hma_gripper_sim.simulation.simulation import SimulationState
+from hma_gripper_sim.simulation.state import SimulationState
 
 STATE_QOS = QoSProfile(depth=100)
 """A recorder that stalls for a tenth of a second at 1 kHz loses nothing."""
@@ -59,16 +62,13 @@ class Outputs:
     def __init__(self, node: Node, settings: Settings) -> None:
         scene = settings.scenes[settings.contour]
         self._node = node
-        self._state_messages = StateMessages(scene, settings.prefix)
-        self._states = [
-            (_publisher(node, topic, STATE_QOS), message)
-            for topic, message in self._state_messages.by_topic.items()
-        ]
+        self._tick_messages = TickMessages(scene, settings.prefix)
+        self._states = {topic: _publisher(node, topic, STATE_QOS) for topic in STAMPED_TOPICS}
         self._contour = _publisher(node, CONTOUR, LATCHED_QOS)
         self._clock = _publisher(node, CLOCK, STATE_QOS) if settings.publish_clock else None
-        self._size = len(self._state_messages.by_topic[JOINT_STATES].content)
+        self._size = 0  # of joint states [bytes]
         self._stamps: deque[int] = deque(maxlen=STAMPS_KEPT)
-        self._clock_message = template(Clock(), np.empty((0, 0)))
+        self._clock_message = MessageTemplate(serialize_message(Clock()), np.empty((0, 0)))
         self._markers = _publisher(node, MARKERS, LATCHED_QOS)
         self._marker_messages = MarkerMessages(settings.prefix)
         self._drawn: tuple[str, SimulationState] | None = None
@@ -89,10 +89,11 @@ class Outputs:
 
     def publish_state(self, state: SimulationState, stamp: int) -> None:
         """Publish a tick, stamped with a time in nanoseconds; the clock after what happened."""
-        self._state_messages.fill(state, stamp)
+        messages = self._tick_messages.of_tick(state, stamp)
+        self._size = len(messages[JOINT_STATES])
         self._stamps.append(stamp)
-        for publisher, message in self._states:
-            publisher.publish(message.content)
+        for topic, message in messages.items():
+            self._states[topic].publish(message)
         if self._clock is not None:
             self._clock_message.stamp(*divmod(stamp, 1_000_000_000))
             self._clock.publish(self._clock_message.content)

@@ -7,7 +7,6 @@ import math
 import time as clock
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
@@ -44,6 +43,7 @@ from hma_gripper_sim.motion.prescribed_motion import Velocity, evaluate, follow,
 from hma_gripper_sim.results.bending_moments import section_moments
 from hma_gripper_sim.results.contact_warnings import PenetrationWarning, is_deep
 from hma_gripper_sim.simulation.companion_runs import Companions
+from hma_gripper_sim.simulation.state import SimulationState
 from hma_gripper_sim.simulation.trace import Trace, beam_tangent, joint_rows
 from hma_gripper_sim.units import quantity
 
@@ -60,41 +60,6 @@ OUTCOMES = {
     STUCK: Outcome.STEP_TOO_SMALL,
     NOT_FINITE: Outcome.NOT_FINITE,
 }
-
-
-@dataclass(frozen=True)
-class SimulationState:
-    """One instant of a simulation; arrays in the order of ``scene.joint_names``.
-
-    Parameters
-    ----------
-    time
-        [s]
-    travel, velocity
-        Of the prismatic joint, positive towards the object [m, m/s].
-    actuator_force
-        Positive when the actuator pushes the gripper towards the object [N].
-    phi_left, phi_right, phi_left_rate, phi_right_rate
-        Angle between top beam and side beam, tangent at mid-length [rad, rad/s].
-    joint_position, joint_velocity, joint_effort
-        ``slide`` in m, m/s and N, all others in rad, rad/s and N m; shape (n_joints,).
-    moment_left, moment_right
-        Largest bending moment of any section of a side [N m] (`results.bending_moments`).
-    """
-
-    time: float
-    travel: float
-    velocity: float
-    actuator_force: float
-    phi_left: float
-    phi_right: float
-    phi_left_rate: float
-    phi_right_rate: float
-    joint_position: Array
-    joint_velocity: Array
-    joint_effort: Array
-    moment_left: float
-    moment_right: float
 
 
 class HalfRun(NamedTuple):

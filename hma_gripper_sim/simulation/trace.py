@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import Observed, tips_around_object
 from hma_gripper_sim.results.unmodelled_contacts import find_unmodelled_touches
 from hma_gripper_sim.results.validity import Finding, findings
+from hma_gripper_sim.simulation.state import SimulationState
 from hma_gripper_sim.units import choice
 
 Array = NDArray[np.float64]
@@ -159,11 +161,35 @@ class Trace:
         """Actuator force [N] and spring-damper moments on the outer body [N m], likewise."""
         return self._joints[2]
 
+    def states(self, kept: slice = slice(None)) -> SimulationState:
+        """Samples as the states of the simulation."""
+        columns: dict[str, Any] = {
+            name: getattr(self, name)[kept]
+            for name in (
+                *("time", "travel", "velocity", "actuator_force", "phi_left", "phi_right"),
+                *("joint_position", "joint_velocity", "joint_effort"),
+            )
+        }
+        for side in SIDES:
+            columns[f"phi_{side}_rate"] = self.phi_rate(side)[kept]
+            columns[f"moment_{side}"] = self.largest_moments(side)[kept]
+        return SimulationState(**columns)
+
     def largest_moments(self, side: str) -> Array:
         """Largest bending moment of any section of one side [N m], shape (n_samples,).
 
         Where joints stand at the sections it is the largest effort of that side's joints.
         """
+        return self._largest_moments[SIDES.index(choice(side, SIDES, field="side"))]
+
+    @cached_property
+    def _largest_moments(self) -> tuple[Array, Array]:
+        """Of the right side and of the left one."""
+        right = self._peaks("right")
+        mirrored = self._left is self._right
+        return right, right if mirrored else self._peaks("left")
+
+    def _peaks(self, side: str) -> Array:
         record = self._record(side)
         if joints_at_sections(self.scene):
             columns = self.scene.joint_columns[SIDES.index(side)]

@@ -17,11 +17,11 @@ from rosbags.typesys import Stores, get_typestore
 from hma_gripper_sim.bags.log_metadata import logged_parameters
 from hma_gripper_sim.bags.log_writer import LogWriter
 from hma_gripper_sim.cli.main import cli
+from hma_gripper_sim.device.tick_messages import data_message
 from hma_gripper_sim.device.topics import CONTOUR, STAMPED_TOPICS
 from hma_gripper_sim.recordings.reading import read_recording
 from hma_gripper_sim.replay.simulated_log import Replay
 from hma_gripper_sim.replay.simulated_settings import metadata
-from hma_gripper_sim.replay.tick_messages import contour_message
 
 Run = Callable[..., Result]
 
@@ -161,7 +161,7 @@ def test_a_log_in_which_the_object_changes_is_refused(
     with LogWriter(log, (*STAMPED_TOPICS, CONTOUR), custom_data=metadata(parameters)) as writer:
         for topic, stamp, data in raw_messages(replayed[0]):
             writer.write(topic, stamp, data)
-        writer.write(CONTOUR.name, 5 * 10**9, contour_message("box"))
+        writer.write(CONTOUR.name, 5 * 10**9, data_message(CONTOUR, "box"))
     shown = run(log)
     assert shown.exit_code == 2
     assert "several objects were in place (box, cylinder)" in shown.stderr

@@ -16,8 +16,8 @@ def test_the_bytes_of_a_tick_say_what_the_state_is(discretisation):
     from rclpy.serialization import deserialize_message
     from sensor_msgs.msg import JointState
 
+    from hma_gripper_sim.device.tick_messages import TickMessages
     from hma_gripper_sim.device.topics import ACTUATOR_WRENCH, JOINT_STATES, PHI
-    from hma_gripper_sim.ros.state_messages import StateMessages
 
     scene = Scene(
         GripperDesign.thesis_2013(),
@@ -27,14 +27,14 @@ def test_the_bytes_of_a_tick_say_what_the_state_is(discretisation):
         discretisation=discretisation,
     )
     simulation = Simulation(scene)
-    messages = StateMessages(scene, "left_")
+    messages = TickMessages(scene, "left_")
     for stamp in (1, 1_700_000_000_123_456_789):  # filled again, nothing of before is left
         simulation.step(0.1, 0.02)
         state = simulation.state()
-        messages.fill(state, stamp)
-        joints = deserialize_message(messages.by_topic[JOINT_STATES].content, JointState)
-        phi = deserialize_message(messages.by_topic[PHI].content, JointState)
-        wrench = deserialize_message(messages.by_topic[ACTUATOR_WRENCH].content, WrenchStamped)
+        content = messages.of_tick(state, stamp)
+        joints = deserialize_message(content[JOINT_STATES], JointState)
+        phi = deserialize_message(content[PHI], JointState)
+        wrench = deserialize_message(content[ACTUATOR_WRENCH], WrenchStamped)
         for message in (joints, phi, wrench):
             time = message.header.stamp
             assert time.sec * 1_000_000_000 + time.nanosec == stamp
