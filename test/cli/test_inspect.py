@@ -18,6 +18,7 @@ def test_column_of_publishers_is_explained(write_log: Callable[..., Path]) -> No
     """What stands there is what a signal map takes."""
     shown = run(write_log("log"))
     assert shown.exit_code == 0
+    assert " /joint_states                     sensor_msgs/msg/JointState " in shown.output
     assert "\npublisher: what 'publisher' in a signal map chooses: the number of" in shown.output
 
 
