@@ -95,6 +95,14 @@ def test_it_starts_what_is_asked_for(launch, urdf, words, expected) -> None:
     assert packages(launch(*words)) == expected
 
 
+def test_the_end_of_one_is_the_end_of_all(launch, urdf) -> None:
+    """Otherwise a node is left over, and the next start makes it two."""
+    from launch.actions import Shutdown
+
+    nodes = launch("rviz:=true")
+    assert [type(node._ExecuteLocal__on_exit) for node in nodes] == [Shutdown] * 3
+
+
 def test_every_parameter_of_the_node_is_an_argument(description) -> None:
     names = {argument.name for argument in description.get_launch_arguments()}
     assert names >= {*FIELDS, "use_sim_time", "namespace", "name", "params_file"}
