@@ -310,13 +310,15 @@ def _find_modes(
     segment: int,
     duration: float,
     state: HalfState,
+    allowed: float,
     work: Work,
     scratch: RadauScratch,
 ) -> float:
     """Take an implicit Euler step that finds the contact modes, and forces that go with them.
 
     Returns what it is off in the angle of a body [rad], which is also added to the error that is
-    carried along, or inf when there was no convergence.
+    carried along, or inf when there was no convergence.  A step that is off by more than `allowed`
+    is not taken.
     """
     s, t = 1.0 / duration, state.clock[0] + duration
     contact = work.contact
@@ -328,8 +330,14 @@ def _find_modes(
     copy_modes(state.modes, contact.modes)
     if not solve_stage(model, s, 1e-12, state.q, state.v, scratch.q, scratch.v, scratch.a, work):
         return np.inf
-    modes = state.modes
-    copy_modes(contact.modes, modes)
+    turn, largest = 0.0, 0.0
+    for i in range(state.q.size):
+        turn += scratch.v[i] - state.v[i]
+        largest = max(largest, abs(turn))
+    off = float(0.5 * duration * largest)
+    if off > allowed:
+        return off
+    modes = contact.modes
     for k in range(modes.normal.size):
         # A touch is over this layer in no time; but a force along the tip's normal can keep a
         # contact in it that slides along the object's surface.
@@ -337,26 +345,15 @@ def _find_modes(
             modes.normal[k] = CLOSED
         modes.stick_force[k] = contact.friction_force[k]
     stage_power(model, s, scratch.v, work, scratch.power)
-    for j in range(4):
-        state.work[j] += duration * scratch.power[j]
-    turn, largest = 0.0, 0.0
-    for i in range(state.q.size):
-        change = scratch.v[i] - state.v[i]
-        turn += change
-        largest = max(largest, abs(turn))
-        scratch.error.angle[i] -= 0.5 * duration * change
-        state.q[i] = scratch.q[i]
-        state.v[i] = scratch.v[i]
-        state.a[i] = scratch.a[i]
     step = scratch.step
     tip, found = step.tip, step.contacts.work
     if not solve_accelerations(
         model,
         work.base,
-        state.q,
-        state.v,
+        scratch.q,
+        scratch.v,
         modes,
-        state.a,
+        scratch.a,
         step.chain,
         tip,
         step.tangent.real,
@@ -364,11 +361,6 @@ def _find_modes(
         found,
     ):
         return np.inf
-    for j in range(3):
-        state.wrench[j] = found.wrench[j]
-    state.load[0] = tip.root_force[0]
-    for j in range(3):
-        scratch.pose[0, j] = tip.pose[j]
     for k in range(modes.normal.size):
         modes.stick_force[k] = found.friction_force[k]
         apart = found.gap[k]
@@ -386,7 +378,19 @@ def _find_modes(
             apart,
             scratch.margin[0, k],
         )
-    return float(0.5 * duration * largest)
+    copy_modes(modes, state.modes)
+    for i in range(state.q.size):
+        scratch.error.angle[i] -= 0.5 * duration * (scratch.v[i] - state.v[i])
+        state.q[i] = scratch.q[i]
+        state.v[i] = scratch.v[i]
+        state.a[i] = scratch.a[i]
+    for j in range(3):
+        state.wrench[j] = found.wrench[j]
+        scratch.pose[0, j] = tip.pose[j]
+    for j in range(4):
+        state.work[j] += duration * scratch.power[j]
+    state.load[0] = tip.root_force[0]
+    return off
 
 
 @kernel
@@ -475,7 +479,8 @@ def integrate_radau(
         t = clock[0]
         while segment + 1 < segments and motion.time[segment + 1] <= t:
             segment += 1
-            fresh |= motion.jump[segment]
+            if motion.jump[segment]:
+                fresh, euler = True, shortly
         # A step ends where the velocity jumps.
         jump = max(jump, segment + 1)
         while jump < segments and not motion.jump[jump]:
@@ -487,15 +492,20 @@ def integrate_radau(
             duration = min(euler, stop - t)
             if tries == 0:
                 copy_modes(modes, scratch.error.modes)
-            off = _find_modes(model, motion, segment, duration, state, work, scratch)
+            bound = CROWDED * ANGLE * estimate * min(1.0, clock[2] / model.bending)
+            allowed = 4.0 * bound if duration > brief else np.inf
+            off = _find_modes(model, motion, segment, duration, state, allowed, work, scratch)
             if off == np.inf:
                 euler *= FAILED
                 if euler < SHORTEST_EULER:
                     return STUCK, filled
                 continue
-            bound = CROWDED * ANGLE * estimate * min(1.0, clock[2] / model.bending)
             reach = duration * np.sqrt(bound / max(off, TINY))
             longest = max(brief, min(4.0 * duration, reach))
+            if off > allowed:
+                euler = longest
+                state.counts[1] += 1
+                continue
             clock[0] = stop if duration == stop - t else t + duration
             clock[1] = min(clock[1], restart)
             clock[2] = max(clock[2], abs(state.load[0]))
