@@ -12,16 +12,13 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import ChainWork, TipResponse, place
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
-    OPEN,
-    STICK,
-    STICK_STIFFNESS,
+from hma_gripper_sim.kernels.contact_law import (
     ContactLaw,
     ContactModes,
-    ContactWork,
     copy_modes,
-    evaluate_contacts,
+    is_stuck,
 )
+from hma_gripper_sim.kernels.contact_wrench import ContactWork, evaluate_contacts, hold_along
 from hma_gripper_sim.kernels.radau_chain import (
     Factor,
     Solution,
@@ -75,6 +72,7 @@ def solve_accelerations(
     for j in range(3):
         contact.pose[j] = tip.pose[j]
         contact.twist[j] = tip.twist[j]
+    contact.turn[0], contact.turn[1] = tip.turn[0], tip.turn[1]
     if not factorise(model.chain, 1.0, 0.0, 0.0, tip.wrench, chain_work, mass):
         return False
     fresh = side.moment.size > 0  # not a literal True: numba would compile everything for that, too
@@ -84,8 +82,6 @@ def solve_accelerations(
         law,
         1.0,
         mass.compliance,
-        tip.turn[0],
-        tip.turn[1],
         fresh,
         contact,
     )
@@ -109,13 +105,6 @@ def solve_accelerations(
     for i in range(q.size):
         a[i] += side.increment[i]
     return True
-
-
-@kernel
-def is_stuck(law: ContactLaw, modes: ContactModes, k: int) -> bool:
-    """Whether the friction of contact `k` is a multiplier."""
-    held = modes.normal[k] != OPEN and modes.friction[k] == STICK
-    return bool(held and law.friction > 0.0 and law.slip_velocity == 0.0)
 
 
 @kernel
@@ -176,13 +165,3 @@ def _share_sticks(
             for j in range(3):
                 side.change[j] += force * row[j]
     return True
-
-
-@kernel
-def hold_along(compliance: Array, row: Array) -> float:
-    """Stiffness that holds a stick, from the tip's answer along its slip."""
-    answer = 0.0
-    for i in range(3):
-        for j in range(3):
-            answer += row[i] * compliance[i, j] * row[j]
-    return float(STICK_STIFFNESS / answer)

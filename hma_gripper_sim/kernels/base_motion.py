@@ -25,6 +25,15 @@ class Motion(NamedTuple):
     jump: NDArray[np.bool_]  # velocity or acceleration jump at the segment's start, shape (m,)
 
 
+class Stretch(NamedTuple):
+    """A step's part of the motion."""
+
+    motion: Motion
+    segment: int  # that `t` lies on
+    t: float  # start [s]
+    h: float  # length [s]; no jump of the velocity lies within
+
+
 @kernel
 def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
     """Height, velocity and acceleration of the base at time `t` of a segment onwards.
@@ -53,6 +62,12 @@ def base_motion(motion: Motion, segment: int, t: float, base: Array) -> None:
 
 
 @kernel
+def base_in_step(stretch: Stretch, theta: float, base: Array) -> None:
+    """Height, velocity and acceleration of the base at a share `theta` of a step, shape (3,)."""
+    base_motion(stretch.motion, stretch.segment, stretch.t + theta * stretch.h, base)
+
+
+@kernel
 def add_up_travel(motion: Motion) -> None:
     """Fill in `Motion.travel` from its first value and the velocity on."""
     for i in range(motion.jump.size):
@@ -64,11 +79,10 @@ def add_up_travel(motion: Motion) -> None:
 
 
 @kernel
-def acceleration_bound(motion: Motion, segment: int, start: float, end: float) -> float:
-    """Bound on the base's acceleration between two times from a segment onwards [m/s^2].
-
-    `segment` is the one that `start` lies on; no jump of the velocity lies between the times.
-    """
+def acceleration_bound(stretch: Stretch) -> float:
+    """Bound on the base's acceleration in a step [m/s^2]."""
+    motion, segment = stretch.motion, stretch.segment
+    start, end = stretch.t, stretch.t + stretch.h
     bound = 0.0
     for i in range(segment, motion.jump.size):
         if i > segment and motion.time[i] >= end:

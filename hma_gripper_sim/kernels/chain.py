@@ -21,6 +21,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.articulated_body import (
+    add_body,
+    add_compliance,
+    carry_rigidity,
+    carry_wrenches,
+    eliminate_rigidity,
+    eliminate_wrenches,
+    hinge_moments,
+    hinge_row,
+    mirror_upper_half,
+    no_rigidity,
+    sliding_moments,
+    sliding_row,
+    unit_wrenches,
+)
 from hma_gripper_sim.kernels.compiled import kernel
 
 Array = NDArray[np.float64]
@@ -212,30 +227,6 @@ def place(
 
 
 @kernel
-def tip_pose(chain: Chain, height: float, q: Array, pose: Array) -> None:
-    """Place the last joint and body for joint angles `q` and the height of the base."""
-    cos, sin = 1.0, 0.0
-    x, z, angle = chain.root[0], height + chain.root[1], 0.0
-    last = q.size - 1
-    for i in range(q.size):
-        angle += chain.rest[i] + q[i]
-        if chain.straightening[i] > 0.0:
-            turn_cos, turn_sin = rotation(chain.rest[i] + 0.5 * q[i])
-            tx, tz = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
-            slid = chain.straightening[i] * q[i] * q[i]
-            x += slid * tx
-            z += slid * tz
-        turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
-        cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
-        if i < last:
-            x += cos * chain.link[i, 0] - sin * chain.link[i, 1]
-            z += sin * chain.link[i, 0] + cos * chain.link[i, 1]
-    pose[0] = x
-    pose[1] = z
-    pose[2] = angle
-
-
-@kernel
 def eliminate(
     chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse
 ) -> bool:
@@ -246,109 +237,53 @@ def eliminate(
     """
     n = q.size
     inertial = s * s
-    # Wrench (fx, fz, m) of the subtree about its joint and minus its tangent, symmetric.
-    fx, fz, m = tip.wrench[0], tip.wrench[1], tip.wrench[2]
-    kxx, kxz, kzz, kxt, kzt, ktt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    # The same for unit wrenches on the tip: columns x, z, moment.
-    xx, xz, xm = 1.0, 0.0, 0.0
-    zx, zz, zm = 0.0, 1.0, 0.0
-    mx, mz, mm = 0.0, 0.0, 1.0
-    for j in range(3):
-        tip.free[j] = 0.0
-    cxx, cxz, czz, cxt, czt, ctt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    fx, fz, m = tip.wrench[0], tip.wrench[1], tip.wrench[2]  # of the subtree about its joint
+    k, u = no_rigidity(0.0), unit_wrenches(0.0)
+    tip.free[:] = 0.0
+    tip.compliance[:, :] = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:  # carry everything from joint i + 1 to joint i
             rx, rz = work.step[i, 0], work.step[i, 1]
-            ktt += 2.0 * (rx * kzt - rz * kxt) + rz * rz * kxx - 2.0 * rx * rz * kxz + rx * rx * kzz
-            ktt += rx * fx + rz * fz
-            kxt += rx * kxz - rz * kxx
-            kzt += rx * kzz - rz * kxz
+            k = carry_rigidity(k, rx, rz, fx, fz)
+            u = carry_wrenches(u, rx, rz)
             m += rx * fz - rz * fx
-            xm += rx * xz - rz * xx
-            zm += rx * zz - rz * zx
-            mm += rx * mz - rz * mx
         cx, cz = work.arm[i, 0], work.arm[i, 1]
         gx, gz = work.load[i, 0], work.load[i, 1]
-        heavy = chain.mass[i] * inertial
         fx += gx
         fz += gz
         m += cx * gz - cz * gx + work.load[i, 2]
-        kxx += heavy
-        kzz += heavy
-        kxt -= heavy * cz
-        kzt += heavy * cx
-        ktt += heavy * (cx * cx + cz * cz) + chain.inertia[i] * inertial + cx * gx + cz * gz
-
-        # Tangent to the joint's own motion, and what unit wrenches on the tip do along it.
-        own, bx, bz, bt = ktt, kxt, kzt, ktt
-        ax, az, at, imbalance = xm, zm, mm, m
+        k = add_body(k, chain.mass[i] * inertial, chain.inertia[i] * inertial, cx, cz, gx, gz)
+        row, imbalance = hinge_row(k), m
+        ax, az, at = hinge_moments(u)
         if chain.straightening[i] > 0.0:
             sx, sz = work.slide[i, 0], work.slide[i, 1]
-            own += 2.0 * (sx * kxt + sz * kzt) + sx * sx * kxx + 2.0 * sx * sz * kxz + sz * sz * kzz
-            own -= work.swerve[i, 0] * fx + work.swerve[i, 1] * fz
+            row = sliding_row(k, fx, fz, sx, sz, work.swerve[i, 0], work.swerve[i, 1])
+            ax, az, at = sliding_moments(u, sx, sz)
             imbalance += sx * fx + sz * fz
-            ax += sx * xx + sz * xz
-            az += sx * zx + sz * zz
-            at += sx * mx + sz * mz
-            bx += sx * kxx + sz * kxz
-            bz += sx * kxz + sz * kzz
-            bt += sx * kxt + sz * kzt - sx * fz + sz * fx
-        pivot = own + chain.stiffness[i] + chain.damping[i] * s
+        pivot = row.own + chain.stiffness[i] + chain.damping[i] * s
         if not pivot > 0.0:
             return False
         imbalance -= chain.stiffness[i] * q[i] + chain.damping[i] * v[i]
-        work.imbalance[i] = imbalance
-        work.coupling[i, 0] = bx
-        work.coupling[i, 1] = bz
-        work.coupling[i, 2] = bt
-        work.lever[i, 0] = ax
-        work.lever[i, 1] = az
-        work.lever[i, 2] = at
-
         inverse = 1.0 / pivot
+        work.imbalance[i] = imbalance
         work.give[i] = inverse
+        work.coupling[i, 0], work.coupling[i, 1], work.coupling[i, 2] = row.x, row.z, row.t
+        work.lever[i, 0], work.lever[i, 1], work.lever[i, 2] = ax, az, at
         tip.free[0] += ax * imbalance * inverse
         tip.free[1] += az * imbalance * inverse
         tip.free[2] += at * imbalance * inverse
-        cxx += ax * ax * inverse
-        cxz += ax * az * inverse
-        czz += az * az * inverse
-        cxt += ax * at * inverse
-        czt += az * at * inverse
-        ctt += at * at * inverse
-
-        ux, uz, ut = bx * inverse, bz * inverse, bt * inverse
+        add_compliance(tip.compliance, ax, az, at, inverse)
+        ux, uz, ut = row.x * inverse, row.z * inverse, row.t * inverse
         fx -= ux * imbalance
         fz -= uz * imbalance
         m -= ut * imbalance
-        xx -= ux * ax
-        xz -= uz * ax
-        xm -= ut * ax
-        zx -= ux * az
-        zz -= uz * az
-        zm -= ut * az
-        mx -= ux * at
-        mz -= uz * at
-        mm -= ut * at
-        kxx -= ux * bx
-        kxz -= ux * bz
-        kzz -= uz * bz
-        kxt -= ux * bt
-        kzt -= uz * bt
-        ktt -= ut * bt
-    tip.compliance[0, 0] = cxx
-    tip.compliance[0, 1] = cxz
-    tip.compliance[0, 2] = cxt
-    tip.compliance[1, 0] = cxz
-    tip.compliance[1, 1] = czz
-    tip.compliance[1, 2] = czt
-    tip.compliance[2, 0] = cxt
-    tip.compliance[2, 1] = czt
-    tip.compliance[2, 2] = ctt
+        u = eliminate_wrenches(u, ax, az, at, ux, uz, ut)
+        k = eliminate_rigidity(k, row, ux, uz, ut)
+    mirror_upper_half(tip.compliance)
     tip.root_force[0] = fz
-    tip.root_force[1] = xz
-    tip.root_force[2] = zz
-    tip.root_force[3] = mz
+    tip.root_force[1] = u.xz
+    tip.root_force[2] = u.zz
+    tip.root_force[3] = u.mz
     return True
 
 

@@ -13,17 +13,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.accelerations import hold_along, is_stuck, solve_accelerations
-from hma_gripper_sim.kernels.base_motion import Motion, base_motion
-from hma_gripper_sim.kernels.chain import place, tip_pose
+from hma_gripper_sim.kernels.accelerations import solve_accelerations
+from hma_gripper_sim.kernels.base_motion import Stretch, base_in_step
+from hma_gripper_sim.kernels.chain import place
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
+from hma_gripper_sim.kernels.contact_law import (
     OPEN,
     ContactLaw,
     ContactModes,
     closing_margin,
     contact_modes,
+    is_stuck,
 )
+from hma_gripper_sim.kernels.contact_wrench import hold_along
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.radau import RadauWork, free_response, increments
 from hma_gripper_sim.kernels.radau_chain import imbalances
 from hma_gripper_sim.kernels.radau_contact import StageContacts, build_matrix, solve_dense
@@ -106,10 +109,7 @@ def _displace(
 @kernel
 def propagate_error(
     model: Model,
-    motion: Motion,
-    segment: int,
-    t: float,
-    h: float,
+    stretch: Stretch,
     before: float,
     scale: float,
     modes: ContactModes,
@@ -120,7 +120,7 @@ def propagate_error(
 
     `before` is the load on the base at its start, `scale` the largest so far [N].
     """
-    n, contacts = error.angle.size, work.contacts
+    n, contacts, h = error.angle.size, work.contacts, stretch.h
     size = 0.0
     for j in range(n):
         size = max(size, abs(error.angle[j]), h * abs(error.rate[j]))
@@ -129,7 +129,7 @@ def propagate_error(
         for j in range(n):
             error.increment[i, j] = 0.0
     if size > 0.0:
-        base_motion(motion, segment, t + h, work.base)
+        base_in_step(stretch, 1.0, work.base)
         small = DIFFERENCE / size
         _displace(model, work, 0.0, 0.0, 2, error)
         _displace(model, work, small, 0.0, 0, error)
@@ -282,8 +282,10 @@ def delay_touches(
     for j in range(v.size):
         error.moved[0, j] = state_q[j] + small * error.angle[j]
         error.before[j] = acceleration[j]
-    tip_pose(model.chain, work.base[0], state_q, error.pose[0])
-    tip_pose(model.chain, work.base[0], error.moved[0], error.pose[1])
+    for row in range(2):
+        q = state_q if row == 0 else error.moved[0]
+        x, z, angle = place_tip(model.chain, -work.base[0], q)
+        error.pose[row, 0], error.pose[row, 1], error.pose[row, 2] = x, z, angle
     for j in range(3):
         error.pose[2, j] = error.pose[0, j] + short * twist[j]
     tip, law, at = model.fingertip, model.law, model.obstacle

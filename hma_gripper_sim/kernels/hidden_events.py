@@ -15,11 +15,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.base_motion import Motion, acceleration_bound, base_motion
-from hma_gripper_sim.kernels.chain import Chain, tip_pose
+from hma_gripper_sim.kernels.base_motion import (
+    Stretch,
+    acceleration_bound,
+    base_in_step,
+    base_motion,
+)
+from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import OPEN, ContactModes, Fingertip
-from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance, support
+from hma_gripper_sim.kernels.contact_law import OPEN, ContactModes
+from hma_gripper_sim.kernels.kinematics import place_tip
+from hma_gripper_sim.kernels.proximity import support
+from hma_gripper_sim.kernels.stage import Model
+from hma_gripper_sim.kernels.touch import Fingertip, nearest_point
 
 Array = NDArray[np.float64]
 
@@ -36,11 +44,19 @@ class Placed(NamedTuple):
     gap: Array  # [m], shape (k,)
 
 
+class Passage(NamedTuple):
+    """Joint angles and rates at both ends of a step: what their Hermite polynomials are made of."""
+
+    q0: Array  # [rad], shape (n,)
+    v0: Array  # [rad/s], shape (n,)
+    q1: Array
+    v1: Array
+
+
 class PassageWork(NamedTuple):
     """Scratch of the search."""
 
     q: Array  # shape (n,)
-    pose: Array  # shape (3,)
     base: Array  # shape (3,)
     start: Placed
     end: Placed
@@ -58,18 +74,16 @@ def passage_work(n: int, points: int, candidates: int) -> PassageWork:
         )
         for _ in range(2)
     )
-    return PassageWork(np.zeros(n), np.zeros(3), np.zeros(3), start, end, np.zeros(candidates))
+    return PassageWork(np.zeros(n), np.zeros(3), start, end, np.zeros(candidates))
 
 
 @kernel
-def tip_acceleration(
-    chain: Chain, fingertip: Fingertip, h: float, q0: Array, v0: Array, q1: Array, v1: Array
-) -> float:
+def tip_acceleration(chain: Chain, fingertip: Fingertip, h: float, passage: Passage) -> float:
     """Bound on the acceleration of the tip's points relative to the base in a step [m/s^2].
 
-    Of the Hermite polynomials from (`q0`, `v0`) to (`q1`, `v1`): rates and accelerations are
-    between their Bernstein coefficients.
+    Rates and accelerations are between the Bernstein coefficients of the Hermite polynomials.
     """
+    q0, v0, q1, v1 = passage.q0, passage.v0, passage.q1, passage.v1
     n = q0.size
     first, middle, last = 0.0, 0.0, 0.0
     bound = 0.0
@@ -102,37 +116,21 @@ def tip_acceleration(
 
 
 @kernel
-def _place(
-    chain: Chain,
-    fingertip: Fingertip,
-    obstacle: Obstacle,
-    height: float,
-    q: Array,
-    pose: Array,
-    placed: Placed,
-) -> None:
-    """Fill `placed` for the joint angles `q`."""
-    tip_pose(chain, height, q, pose)
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+def _place(model: Model, height: float, q: Array, placed: Placed) -> None:
+    """Fill `placed` for the height of the base and the joint angles `q`."""
+    fingertip, obstacle = model.fingertip, model.obstacle
+    x, z, angle = place_tip(model.chain, -height, q)
+    cos, sin = np.cos(angle), np.sin(angle)
     points = fingertip.points
     for k in range(points.shape[0]):
-        placed.points[k, 0] = pose[0] + cos * points[k, 0] - sin * points[k, 1]
-        placed.points[k, 1] = pose[1] + sin * points[k, 0] + cos * points[k, 1]
+        placed.points[k, 0] = x + cos * points[k, 0] - sin * points[k, 1]
+        placed.points[k, 1] = z + sin * points[k, 0] + cos * points[k, 1]
     for k in range(placed.gap.size):
-        if fingertip.capsule:
-            distance, nx, nz, _, _, _, _, _, _ = segment_distance(
-                obstacle,
-                placed.points[0, 0],
-                placed.points[0, 1],
-                placed.points[1, 0],
-                placed.points[1, 1],
-            )
-        else:
-            distance, nx, nz, _ = point_distance(obstacle, placed.points[k, 0], placed.points[k, 1])
-        placed.normal[k, 0] = nx
-        placed.normal[k, 1] = nz
-        placed.edge[k] = support(obstacle, nx, nz) + obstacle.radius + fingertip.radius
-        placed.gap[k] = distance - obstacle.radius - fingertip.radius
+        at = nearest_point(fingertip, obstacle, x, z, cos, sin, k)
+        placed.normal[k, 0] = at.nx
+        placed.normal[k, 1] = at.nz
+        placed.edge[k] = support(obstacle, at.nx, at.nz) + obstacle.radius + fingertip.radius
+        placed.gap[k] = at.gap
 
 
 @kernel
@@ -161,25 +159,58 @@ def _copy(source: Placed, target: Placed) -> None:
 
 
 @kernel
+def _is_open(before: ContactModes, inside: ContactModes, after: ContactModes, k: int) -> bool:
+    """Whether contact `k` is open at the start of a step, at its inner stage and at its end."""
+    return bool(before.normal[k] == OPEN and inside.normal[k] == OPEN and after.normal[k] == OPEN)
+
+
+@kernel
+def _interpolate(passage: Passage, h: float, share: float, q: Array) -> None:
+    """Joint angles at a `share` of the step, by the Hermite polynomials."""
+    q0, v0, q1, v1 = passage.q0, passage.v0, passage.q1, passage.v1
+    rise = share * share * (3.0 - 2.0 * share)
+    early, late = share * (1.0 - share) * (1.0 - share), share * share * (share - 1.0)
+    for i in range(q0.size):
+        q[i] = q0[i] + rise * (q1[i] - q0[i]) + h * (early * v0[i] + late * v1[i])
+
+
+@kernel
+def _longest_way(start: Placed, end: Placed) -> float:
+    """Largest distance between the places of a point of the tip [m]."""
+    way = 0.0
+    for k in range(end.points.shape[0]):
+        dx = end.points[k, 0] - start.points[k, 0]
+        dz = end.points[k, 1] - start.points[k, 1]
+        way = max(way, np.sqrt(dx * dx + dz * dz))
+    return way
+
+
+@kernel
+def _is_clear(fingertip: Fingertip, work: PassageWork, k: int, low: float, way: float) -> bool:
+    """Whether candidate `k` is proven to stay higher than `low` [m] between start and end.
+
+    On straight lines, no point of the tip going further than `way` [m].
+    """
+    near, far = work.start.gap[k], work.end.gap[k]
+    if near >= low and _clearance(fingertip, work.end, work.start, k) >= low:
+        return True
+    if far >= low and _clearance(fingertip, work.start, work.end, k) >= low:
+        return True
+    return bool(0.5 * (near + far - way) >= low)
+
+
+@kernel
 def first_hidden_touch(
-    chain: Chain,
-    fingertip: Fingertip,
-    obstacle: Obstacle,
-    motion: Motion,
-    segment: int,
-    t: float,
-    h: float,
-    q0: Array,
-    v0: Array,
-    q1: Array,
-    v1: Array,
+    model: Model,
+    stretch: Stretch,
+    passage: Passage,
     before: ContactModes,
     inside: ContactModes,
     after: ContactModes,
     depth: float,
     work: PassageWork,
 ) -> float:
-    """When in a step from `t` to ``t + h`` an open contact first is deeper than `depth`.
+    """When in a step an open contact first is deeper than `depth`.
 
     Looks at contacts that are open at the start, at the inner stage and at the end.  One that
     overlaps at an end, as after a release, counts where it is deeper than there.
@@ -187,52 +218,37 @@ def first_hidden_touch(
     Returns
     -------
     float
-        Time after `t` until which nothing is touched, shortly before something is [s], or
+        Time after the start until which nothing is touched, shortly before something is [s], or
         infinity.
     """
+    fingertip, h = model.fingertip, stretch.h
     closed = True
     for k in range(before.normal.size):
-        closed &= before.normal[k] != OPEN or inside.normal[k] != OPEN or after.normal[k] != OPEN
+        closed &= not _is_open(before, inside, after, k)
     if closed:
         return np.inf
-    bound = tip_acceleration(chain, fingertip, h, q0, v0, q1, v1)
-    bound += acceleration_bound(motion, segment, t, t + h)
+    bound = tip_acceleration(model.chain, fingertip, h, passage)
+    bound += acceleration_bound(stretch)
     a, d = 0.0, h
-    base_motion(motion, segment, t, work.base)
-    _place(chain, fingertip, obstacle, work.base[0], q0, work.pose, work.start)
-    base_motion(motion, segment, t + h, work.base)
-    _place(chain, fingertip, obstacle, work.base[0], q1, work.pose, work.end)
+    base_in_step(stretch, 0.0, work.base)
+    _place(model, work.base[0], passage.q0, work.start)
+    base_in_step(stretch, 1.0, work.base)
+    _place(model, work.base[0], passage.q1, work.end)
     for k in range(work.floor.size):
         work.floor[k] = min(0.0, work.start.gap[k], work.end.gap[k]) - depth
     while a < h:
         b = a + d if a + 1.01 * d < h else h
-        share = b / h
-        rise = share * share * (3.0 - 2.0 * share)
-        early, late = share * (1.0 - share) * (1.0 - share), share * share * (share - 1.0)
-        for i in range(q0.size):
-            work.q[i] = q0[i] + rise * (q1[i] - q0[i]) + h * (early * v0[i] + late * v1[i])
-        base_motion(motion, segment, t + b, work.base)
-        _place(chain, fingertip, obstacle, work.base[0], work.q, work.pose, work.end)
+        _interpolate(passage, h, b / h, work.q)
+        base_motion(stretch.motion, stretch.segment, stretch.t + b, work.base)
+        _place(model, work.base[0], work.q, work.end)
         sag = 0.125 * bound * (b - a) * (b - a)
-        way = 0.0
-        for k in range(work.end.points.shape[0]):
-            dx = work.end.points[k, 0] - work.start.points[k, 0]
-            dz = work.end.points[k, 1] - work.start.points[k, 1]
-            way = max(way, np.sqrt(dx * dx + dz * dz))
+        way = _longest_way(work.start, work.end)
         clear, touched = True, False
         for k in range(work.floor.size):
-            if before.normal[k] != OPEN or inside.normal[k] != OPEN or after.normal[k] != OPEN:
-                continue
             low = work.floor[k] + sag
-            near, far = work.start.gap[k], work.end.gap[k]
-            if near >= low and _clearance(fingertip, work.end, work.start, k) >= low:
-                continue
-            if far >= low and _clearance(fingertip, work.start, work.end, k) >= low:
-                continue
-            if 0.5 * (near + far - way) >= low:
-                continue
-            clear = False
-            touched |= far < work.floor[k]
+            if _is_open(before, inside, after, k) and not _is_clear(fingertip, work, k, low, way):
+                clear = False
+                touched |= work.end.gap[k] < work.floor[k]
         if clear or b - a < SHORTEST:
             a, d = b, 2.0 * (b - a)
             _copy(work.end, work.start)

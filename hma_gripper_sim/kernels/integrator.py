@@ -12,19 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.base_motion import Motion, base_motion
+from hma_gripper_sim.kernels.base_motion import Motion, Stretch, base_in_step, base_motion
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
+from hma_gripper_sim.kernels.contact_law import (
     OPEN,
     STICK,
     ContactLaw,
     ContactModes,
-    ContactWork,
     contact_modes,
     copy_modes,
     measure_gaps,
 )
+from hma_gripper_sim.kernels.contact_wrench import ContactWork
 from hma_gripper_sim.kernels.hidden_events import (
+    Passage,
     PassageWork,
     first_dip,
     first_hidden_touch,
@@ -60,7 +61,10 @@ DONE, STUCK, NOT_FINITE = 0, 1, 2
 class HalfState(NamedTuple):
     """Everything that the next step of one half depends on."""
 
-    clock: Array  # time [s], next step [s], scale of the force [N], crowding; shape (4,)
+    time: Array  # [s], shape (1,)
+    next_step: Array  # [s], shape (1,)
+    force_scale: Array  # largest force so far, or what counts as one [N], shape (1,)
+    crowding: Array  # number of steps within the memory, shape (1,)
     q: Array  # joint angles [rad], shape (n,)
     v: Array  # joint rates [rad/s], shape (n,)
     a: Array  # joint accelerations [rad/s^2], shape (n,)
@@ -193,8 +197,8 @@ def integrate(
     end = motion.time[-1]
     segments = motion.jump.size
     segment, jump = 0, 0
-    while state.clock[0] < end:
-        t = state.clock[0]
+    while state.time[0] < end:
+        t = state.time[0]
         while segment + 1 < segments and motion.time[segment + 1] <= t:
             segment += 1
         # A step ends where the velocity jumps.
@@ -205,19 +209,18 @@ def integrate(
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
             base_motion(motion, segment, t, work.base)
-            state.clock[1] = min(state.clock[1], restart_step(work.base[1]))
-        h = min(state.clock[1], stop - t)
+            state.next_step[0] = min(state.next_step[0], restart_step(work.base[1]))
+        h = min(state.next_step[0], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t
         error, landed = 0.0, False
         while True:
             if h < SMALLEST_STEP and h < stop - t:
                 return STUCK
-            error = _try_step(model, motion, tolerance, segment, fresh, t, h, state, work, scratch)
+            stretch = Stretch(motion, segment, t, h)
+            error = _try_step(model, stretch, tolerance, fresh, state, work, scratch)
             if error <= 1.0:
-                event = _hidden_event(
-                    model, motion, tolerance, segment, fresh, t, h, state, work, scratch
-                )
+                event = _hidden_event(model, stretch, tolerance, fresh, state, work, scratch)
                 if event >= h:
                     break
                 state.counts[1] += 1
@@ -235,12 +238,12 @@ def integrate(
         for i in range(n):
             if not np.isfinite(scratch.q[i]):
                 return NOT_FINITE
-        state.clock[0] = stop if h == stop - t else t + h
+        state.time[0] = stop if h == stop - t else t + h
         growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
         if landed:
-            state.clock[1] = min(h * growth, restart_step(work.base[1]))
-        elif h * growth > state.clock[1] or h < stop - t:
-            state.clock[1] = h * growth
+            state.next_step[0] = min(h * growth, restart_step(work.base[1]))
+        elif h * growth > state.next_step[0] or h < stop - t:
+            state.next_step[0] = h * growth
         _accept(model, h, state, work, scratch)
     return DONE
 
@@ -248,34 +251,24 @@ def integrate(
 @kernel
 def _hidden_event(
     model: Model,
-    motion: Motion,
+    stretch: Stretch,
     tolerance: float,
-    segment: int,
     fresh: bool,
-    t: float,
-    h: float,
     state: HalfState,
     work: Work,
     scratch: StepWork,
 ) -> float:
     """Time into the trial step of the first event that neither stage shows [s], or infinity."""
     before, inside, after = state.modes, scratch.modes, work.contact.modes
+    h = stretch.h
     first = first_hidden_touch(
-        model.chain,
-        model.fingertip,
-        model.obstacle,
-        motion,
-        segment,
-        t,
-        h,
-        state.q,
-        state.v,
-        scratch.q,
-        scratch.v,
+        model,
+        stretch,
+        Passage(state.q, state.v, scratch.q, scratch.v),
         before,
         inside,
         after,
-        min(tolerance, COARSEST) * state.clock[2] / model.law.stiffness,
+        min(tolerance, COARSEST) * state.force_scale[0] / model.law.stiffness,
         scratch.passage,
     )
     if fresh:  # margins before a jump say nothing about this step
@@ -296,7 +289,7 @@ def _hidden_event(
 @kernel
 def crowding(state: HalfState, h: float) -> float:
     """Number of steps within the memory, the one of length `h` that follows `state` included."""
-    return float(1.0 + state.clock[3] * np.exp(-h / MEMORY))
+    return float(1.0 + state.crowding[0] * np.exp(-h / MEMORY))
 
 
 @kernel
@@ -330,26 +323,23 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
         power = (1.0 - GAMMA) * scratch.power[0, j] + GAMMA * scratch.power[1, j]
         state.work[j] += h * power
     state.load[0] = scratch.load[1]
-    state.clock[2] = max(state.clock[2], abs(state.load[0]))
-    state.clock[3] = crowding(state, h)
+    state.force_scale[0] = max(state.force_scale[0], abs(state.load[0]))
+    state.crowding[0] = crowding(state, h)
     state.counts[0] += 1
 
 
 @kernel
 def _try_step(
     model: Model,
-    motion: Motion,
+    stretch: Stretch,
     tolerance: float,
-    segment: int,
     fresh: bool,
-    t: float,
-    h: float,
     state: HalfState,
     work: Work,
     scratch: StepWork,
 ) -> float:
-    """Take one trial step of length `h`; return its error relative to the tolerance."""
-    n = state.q.size
+    """Take one trial step; return its error relative to the tolerance."""
+    n, h = state.q.size, stretch.h
     s = 1.0 / (GAMMA * h)
     tolerance = min(tolerance, COARSEST)
     accuracy = 0.01 * tolerance * ANGLE
@@ -363,7 +353,7 @@ def _try_step(
                 scratch.q0[i] = state.q[i]
                 scratch.v0[i] = state.v[i]
                 scratch.q[i] = state.q[i] + GAMMA * h * state.v[i]
-            base_motion(motion, segment, t + GAMMA * h, work.base)
+            base_in_step(stretch, GAMMA, work.base)
         else:
             v, a = scratch.v, scratch.a
             copy_modes(work.contact.modes, scratch.modes)
@@ -371,7 +361,7 @@ def _try_step(
                 scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
                 scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
                 scratch.q[i] = scratch.q0[i] + GAMMA * h * scratch.v1[i]
-            base_motion(motion, segment, t + h, work.base)
+            base_in_step(stretch, 1.0, work.base)
         iterations = solve_stage(model, s, accuracy, scratch.q0, scratch.v0, scratch.q, v, a, work)
         if iterations == 0:
             return np.inf
@@ -386,7 +376,7 @@ def _try_step(
         outer += GAMMA * h * (scratch.v[i] - scratch.v1[i])
         angle = max(angle, abs(inner), abs(outer))
     inner_load, outer_load = scratch.load[0], scratch.load[1]
-    scale = max(state.clock[2], abs(outer_load))
+    scale = max(state.force_scale[0], abs(outer_load))
     error = angle / (ANGLE * tolerance * min(1.0, scale / model.bending))
     if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.chain import Chain
+from hma_gripper_sim.kernels.chain import Chain, rotation
 from hma_gripper_sim.kernels.compiled import kernel
 
 Array = NDArray[np.float64]
@@ -38,11 +38,19 @@ def turn_joint(
 @kernel
 def place_tip(chain: Chain, travel: float, q: Array) -> tuple[float, float, float]:
     """Joint of the last body (x, z) [m] and that body's direction [rad]."""
+    cos, sin = 1.0, 0.0
     x, z, angle = chain.root[0], chain.root[1] - travel, 0.0
+    last = q.size - 1
     for i in range(q.size):
-        if i > 0:
-            cos, sin = np.cos(angle), np.sin(angle)
-            x += cos * chain.link[i - 1, 0] - sin * chain.link[i - 1, 1]
-            z += sin * chain.link[i - 1, 0] + cos * chain.link[i - 1, 1]
-        x, z, angle = turn_joint(chain, i, q[i], x, z, angle)
+        angle += chain.rest[i] + q[i]
+        if chain.straightening[i] > 0.0:
+            turn_cos, turn_sin = rotation(chain.rest[i] + 0.5 * q[i])
+            slid = chain.straightening[i] * q[i] * q[i]
+            x += slid * (cos * turn_cos - sin * turn_sin)
+            z += slid * (sin * turn_cos + cos * turn_sin)
+        turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
+        cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
+        if i < last:
+            x += cos * chain.link[i, 0] - sin * chain.link[i, 1]
+            z += sin * chain.link[i, 0] + cos * chain.link[i, 1]
     return x, z, angle

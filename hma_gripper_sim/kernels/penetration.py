@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import Fingertip
 from hma_gripper_sim.kernels.kinematics import place_tip
-from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
+from hma_gripper_sim.kernels.proximity import Obstacle
+from hma_gripper_sim.kernels.touch import Fingertip, nearest_point
 
 Array = NDArray[np.float64]
 
@@ -21,22 +21,10 @@ def tip_gap(
     """Smallest gap between the contour in contact and the object [m]; negative: they overlap."""
     x, z, angle = place_tip(chain, travel, q)
     cos, sin = np.cos(angle), np.sin(angle)
-    points = fingertip.points
     smallest = np.inf
-    if fingertip.capsule:
-        smallest = segment_distance(
-            obstacle,
-            x + cos * points[0, 0] - sin * points[0, 1],
-            z + sin * points[0, 0] + cos * points[0, 1],
-            x + cos * points[1, 0] - sin * points[1, 1],
-            z + sin * points[1, 0] + cos * points[1, 1],
-        )[0]
-    else:
-        for k in range(points.shape[0]):
-            px = x + cos * points[k, 0] - sin * points[k, 1]
-            pz = z + sin * points[k, 0] + cos * points[k, 1]
-            smallest = min(smallest, point_distance(obstacle, px, pz)[0])
-    return float(smallest - obstacle.radius - fingertip.radius)
+    for k in range(1 if fingertip.capsule else fingertip.points.shape[0]):
+        smallest = min(smallest, nearest_point(fingertip, obstacle, x, z, cos, sin, k).gap)
+    return float(smallest)
 
 
 @kernel

@@ -25,6 +25,22 @@ class Obstacle(NamedTuple):
     radius: float  # rounding of the core [m]
 
 
+class Closest(NamedTuple):
+    """Where a segment is closest to the core of an object."""
+
+    distance: float  # signed [m]
+    nx: float  # outward direction, x
+    nz: float  # and z
+    along: float  # place of the closest point on the segment, in [0, 1]
+    # Of the object there [1/m]; negative: a vertex of the object meets the inside of the segment,
+    # whose direction counts.
+    curvature: float
+    ahead: float  # length of the segment before that point that faces a flat face [m]
+    rise_ahead: float  # and the slope at which the two part there
+    behind: float  # the same behind it [m]
+    rise_behind: float
+
+
 @kernel
 def point_distance(obstacle: Obstacle, x: float, z: float) -> tuple[float, float, float, float]:
     """Signed distance of a point to the core, outward direction, curvature of the level set."""
@@ -85,24 +101,8 @@ def is_outside(obstacle: Obstacle, x: float, z: float) -> bool:
 
 
 @kernel
-def segment_distance(
-    obstacle: Obstacle, ax: float, az: float, bx: float, bz: float
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Signed distance of a segment to the core.
-
-    Returns
-    -------
-    distance, x, z
-        Distance [m] and outward direction.
-    along
-        Position of the closest point on the segment, in [0, 1].
-    curvature
-        Of the object there [1/m]; negative: a vertex of the object meets the inside of the
-        segment, whose direction counts.
-    ahead, rise_ahead, behind, rise_behind
-        Lengths of the segment before and behind the closest point that face a flat face of
-        the object [m], and the slopes at which the two part there.
-    """
+def segment_distance(obstacle: Obstacle, ax: float, az: float, bx: float, bz: float) -> Closest:
+    """Where the segment from (ax, az) to (bx, bz) [m] is closest to the core."""
     vertices, normals = obstacle.vertices, obstacle.normals
     m = vertices.shape[0]
     ux, uz = bx - ax, bz - az
@@ -144,7 +144,7 @@ def segment_distance(
         behind, rise_behind = _face_along(vertices, corner, before, sx, sz, -ux, -uz)
         ahead = min(ahead, (1.0 - along) * length)
         behind = min(behind, along * length)
-        return side, sx, sz, along, -1.0, ahead, rise_ahead, behind, rise_behind
+        return Closest(side, sx, sz, along, -1.0, ahead, rise_ahead, behind, rise_behind)
     if parted:  # an end is closest; the one that can be first
         distance, nx, nz, curvature = np.inf, 0.0, 0.0, 0.0
         along = 0.0
@@ -167,28 +167,28 @@ def segment_distance(
     )
     flat = min(flat, length)
     if along == 0.0:
-        return distance, nx, nz, along, curvature, flat, rise, 0.0, 1.0
-    return distance, nx, nz, along, curvature, 0.0, 1.0, flat, rise
+        return Closest(distance, nx, nz, along, curvature, flat, rise, 0.0, 1.0)
+    return Closest(distance, nx, nz, along, curvature, 0.0, 1.0, flat, rise)
 
 
 @kernel
-def _segment_to_point(
-    px: float, pz: float, ux: float, uz: float, length: float
-) -> tuple[float, float, float, float, float, float, float, float, float]:
+def _segment_to_point(px: float, pz: float, ux: float, uz: float, length: float) -> Closest:
     """`segment_distance` for a core of one vertex at (px, pz) from the segment's start."""
     along = ux * px + uz * pz
     if 0.0 < along < length:
         side = uz * px - ux * pz
         if side >= 0.0:
-            return side, -uz, ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0
-        return -side, uz, -ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0
+            return Closest(side, -uz, ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0)
+        return Closest(-side, uz, -ux, along / length, -1.0, 0.0, 1.0, 0.0, 1.0)
     end = 0.0
     if along >= length:
         px, pz, end = px - length * ux, pz - length * uz, 1.0
     distance = np.sqrt(px * px + pz * pz)
     if distance == 0.0:
-        return 0.0, 0.0, 1.0, end, 0.0, 0.0, 1.0, 0.0, 1.0
-    return distance, -px / distance, -pz / distance, end, 1.0 / distance, 0.0, 1.0, 0.0, 1.0
+        return Closest(0.0, 0.0, 1.0, end, 0.0, 0.0, 1.0, 0.0, 1.0)
+    return Closest(
+        distance, -px / distance, -pz / distance, end, 1.0 / distance, 0.0, 1.0, 0.0, 1.0
+    )
 
 
 @kernel

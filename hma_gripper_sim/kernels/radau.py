@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.base_motion import Motion, base_motion
+from hma_gripper_sim.kernels.base_motion import Stretch, base_in_step
 from hma_gripper_sim.kernels.chain import (
     Chain,
     ChainWork,
@@ -29,12 +29,7 @@ from hma_gripper_sim.kernels.chain import (
     tip_response,
 )
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
-    OPEN,
-    STICK,
-    ContactModes,
-    copy_modes,
-)
+from hma_gripper_sim.kernels.contact_law import OPEN, STICK, ContactModes, copy_modes
 from hma_gripper_sim.kernels.radau_chain import (
     Factor,
     Solution,
@@ -107,6 +102,10 @@ class RadauWork(NamedTuple):
     chain: ChainWork  # of the stage at hand
     tip: TipResponse
     base: Array  # height, velocity, acceleration of the base, shape (3,)
+    q: Array  # scratch: a state beside the stages, shape (n,)
+    v: Array
+    a: Array
+    power: Array  # scratch: rates of `HalfState.work` [W], shape (4,)
 
 
 def radau_work(model: Model) -> RadauWork:
@@ -126,6 +125,10 @@ def radau_work(model: Model) -> RadauWork:
         chain_work(n),
         tip_response(),
         np.zeros(3),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(4),
     )
 
 
@@ -200,21 +203,6 @@ def powers(f0: float, f1: float, f2: float) -> tuple[float, float, float]:
         POLYNOMIAL[1, 0] * f0 + POLYNOMIAL[1, 1] * f1 + POLYNOMIAL[1, 2] * f2,
         POLYNOMIAL[2, 0] * f0 + POLYNOMIAL[2, 1] * f1 + POLYNOMIAL[2, 2] * f2,
     )
-
-
-@kernel
-def collocation_state(
-    theta: float, h: float, q0: Array, v0: Array, stages: Stages, q: Array, v: Array
-) -> None:
-    """Joint angles and rates at a share `theta` of the step, into `q` and `v`, shape (n,).
-
-    Both are the method's collocation polynomials: the rate's is not the angle's derivative.
-    """
-    for j in range(q0.size):
-        a, b, c = powers(stages.z[0, j], stages.z[1, j], stages.z[2, j])
-        q[j] = q0[j] + theta * (h * v0[j] + a + theta * (b + theta * c))
-        a, b, c = powers(stages.v[0, j] - v0[j], stages.v[1, j] - v0[j], stages.v[2, j] - v0[j])
-        v[j] = v0[j] + theta * (a + theta * (b + theta * c))
 
 
 @kernel
@@ -358,10 +346,7 @@ def _release(wrench: Array, change: Array, free: Array, compliance: Array, moved
 @kernel
 def radau_step(
     model: Model,
-    motion: Motion,
-    segment: int,
-    t: float,
-    h: float,
+    stretch: Stretch,
     accuracy: float,
     scale: float,
     q0: Array,
@@ -369,7 +354,7 @@ def radau_step(
     modes: ContactModes,
     work: RadauWork,
 ) -> int:
-    """Take one step of length `h` [s] from the state (`q0`, `v0`) at time `t` [s].
+    """Take one step from the state (`q0`, `v0`).
 
     Parameters
     ----------
@@ -388,6 +373,7 @@ def radau_step(
         Number of Newton iterations, or 0 when there was no convergence.
     """
     chain, stages, contacts, tip = model.chain, work.stages, work.contacts, work.tip
+    h = stretch.h
     copy_modes(modes, contacts.work.modes)
     touching, stuck = False, 0
     for k in range(modes.normal.size):
@@ -404,7 +390,7 @@ def radau_step(
         for i in range(3):
             if iteration == 0 and i != 1:
                 continue
-            base_motion(motion, segment, t + NODES[i] * h, work.base)
+            base_in_step(stretch, NODES[i], work.base)
             q, v, wrench = stages.q[i], stages.v[i], contacts.wrench[i]
             place(chain, work.base, model.gravity, q, v, stages.a[i], work.chain, tip)
             if iteration == 0:

@@ -14,6 +14,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hma_gripper_sim.kernels.articulated_body import (
+    add_body,
+    add_compliance,
+    carry_rigidity,
+    carry_wrenches,
+    eliminate_rigidity,
+    eliminate_wrenches,
+    hinge_moments,
+    hinge_row,
+    mirror_upper_half,
+    no_rigidity,
+    sliding_moments,
+    sliding_row,
+    unit_wrenches,
+)
 from hma_gripper_sim.kernels.chain import Chain, ChainWork
 from hma_gripper_sim.kernels.compiled import kernel
 
@@ -119,89 +134,40 @@ def factorise(
     """
     n = out.give.size
     zero = 0.0 * inertial
-    one = zero + 1.0
     fx, fz = elastic * wrench[0], elastic * wrench[1]
-    kxx = kxz = kzz = kxt = kzt = ktt = zero
-    xx = zz = mm = one
-    xz = xm = zx = zm = mx = mz = zero
-    cxx = cxz = czz = cxt = czt = ctt = zero
+    k, u = no_rigidity(zero), unit_wrenches(zero)
+    out.compliance[:, :] = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:
             rx, rz = work.step[i, 0], work.step[i, 1]
-            ktt += 2.0 * (rx * kzt - rz * kxt) + rz * rz * kxx - 2.0 * rx * rz * kxz + rx * rx * kzz
-            ktt += rx * fx + rz * fz
-            kxt += rx * kxz - rz * kxx
-            kzt += rx * kzz - rz * kxz
-            xm += rx * xz - rz * xx
-            zm += rx * zz - rz * zx
-            mm += rx * mz - rz * mx
+            k = carry_rigidity(k, rx, rz, fx, fz)
+            u = carry_wrenches(u, rx, rz)
         cx, cz = work.arm[i, 0], work.arm[i, 1]
         gx, gz = elastic * work.load[i, 0], elastic * work.load[i, 1]
-        heavy = chain.mass[i] * inertial
         fx += gx
         fz += gz
-        kxx += heavy
-        kzz += heavy
-        kxt -= heavy * cz
-        kzt += heavy * cx
-        ktt += heavy * (cx * cx + cz * cz) + chain.inertia[i] * inertial + cx * gx + cz * gz
-        own, bx, bz, bt = ktt, kxt, kzt, ktt
-        ax, az, at = xm, zm, mm
+        k = add_body(k, chain.mass[i] * inertial, chain.inertia[i] * inertial, cx, cz, gx, gz)
+        row = hinge_row(k)
+        ax, az, at = hinge_moments(u)
         if chain.straightening[i] > 0.0:
             sx, sz = work.slide[i, 0], work.slide[i, 1]
-            own += 2.0 * (sx * kxt + sz * kzt) + sx * sx * kxx + 2.0 * sx * sz * kxz + sz * sz * kzz
-            own -= work.swerve[i, 0] * fx + work.swerve[i, 1] * fz
-            ax += sx * xx + sz * xz
-            az += sx * zx + sz * zz
-            at += sx * mx + sz * mz
-            bx += sx * kxx + sz * kxz
-            bz += sx * kxz + sz * kzz
-            bt += sx * kxt + sz * kzt - sx * fz + sz * fx
-        pivot = own + elastic * chain.stiffness[i] + chain.damping[i] * viscous
+            row = sliding_row(k, fx, fz, sx, sz, work.swerve[i, 0], work.swerve[i, 1])
+            ax, az, at = sliding_moments(u, sx, sz)
+        pivot = row.own + elastic * chain.stiffness[i] + chain.damping[i] * viscous
         if not abs(pivot) > 0.0:
             return False
         inverse = 1.0 / pivot
         out.give[i] = inverse
-        out.coupling[i, 0] = bx
-        out.coupling[i, 1] = bz
-        out.coupling[i, 2] = bt
-        out.lever[i, 0] = ax
-        out.lever[i, 1] = az
-        out.lever[i, 2] = at
-        cxx += ax * ax * inverse
-        cxz += ax * az * inverse
-        czz += az * az * inverse
-        cxt += ax * at * inverse
-        czt += az * at * inverse
-        ctt += at * at * inverse
-        ux, uz, ut = bx * inverse, bz * inverse, bt * inverse
-        xx -= ux * ax
-        xz -= uz * ax
-        xm -= ut * ax
-        zx -= ux * az
-        zz -= uz * az
-        zm -= ut * az
-        mx -= ux * at
-        mz -= uz * at
-        mm -= ut * at
-        kxx -= ux * bx
-        kxz -= ux * bz
-        kzz -= uz * bz
-        kxt -= ux * bt
-        kzt -= uz * bt
-        ktt -= ut * bt
-    out.compliance[0, 0] = cxx
-    out.compliance[0, 1] = cxz
-    out.compliance[0, 2] = cxt
-    out.compliance[1, 0] = cxz
-    out.compliance[1, 1] = czz
-    out.compliance[1, 2] = czt
-    out.compliance[2, 0] = cxt
-    out.compliance[2, 1] = czt
-    out.compliance[2, 2] = ctt
-    out.root[0] = xz
-    out.root[1] = zz
-    out.root[2] = mz
+        out.coupling[i, 0], out.coupling[i, 1], out.coupling[i, 2] = row.x, row.z, row.t
+        out.lever[i, 0], out.lever[i, 1], out.lever[i, 2] = ax, az, at
+        add_compliance(out.compliance, ax, az, at, inverse)
+        ux, uz, ut = row.x * inverse, row.z * inverse, row.t * inverse
+        u = eliminate_wrenches(u, ax, az, at, ux, uz, ut)
+        k = eliminate_rigidity(k, row, ux, uz, ut)
+    mirror_upper_half(out.compliance)
+    out.root[0] = u.xz
+    out.root[1] = u.zz
+    out.root[2] = u.mz
     return True
 
 

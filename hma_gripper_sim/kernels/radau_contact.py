@@ -14,18 +14,12 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import rotation
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
-    OPEN,
-    ROUNDING,
-    ContactLaw,
-    ContactWork,
-    Fingertip,
-    closing_margin,
-    contact_work,
-    evaluate_contacts,
-)
+from hma_gripper_sim.kernels.contact import ROUNDING
+from hma_gripper_sim.kernels.contact_law import OPEN, ContactLaw, closing_margin
+from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work, evaluate_contacts
 from hma_gripper_sim.kernels.proximity import Obstacle
 from hma_gripper_sim.kernels.radau_method import GAMMA, INVERSE
+from hma_gripper_sim.kernels.touch import Fingertip
 
 Array = NDArray[np.float64]
 
@@ -148,12 +142,12 @@ def _evaluate_stages(
     for i in range(3):
         _move_stage(h, i, work)
         turn_cos, turn_sin = rotation(work.increment[i, 2])
-        cos = work.turn[i, 0] * turn_cos - work.turn[i, 1] * turn_sin
-        sin = work.turn[i, 1] * turn_cos + work.turn[i, 0] * turn_sin
+        stage.turn[0] = work.turn[i, 0] * turn_cos - work.turn[i, 1] * turn_sin
+        stage.turn[1] = work.turn[i, 1] * turn_cos + work.turn[i, 0] * turn_sin
         for k in range(stage.slip.size):
             stage.modes.stick_force[k] = work.stick_force[i, k]
         all_settled &= evaluate_contacts(
-            fingertip, obstacle, law, GAMMA / h, work.hold, cos, sin, fresh, stage
+            fingertip, obstacle, law, GAMMA / h, work.hold, fresh, stage
         )
         for k in range(stage.slip.size):
             work.stick_force[i, k] = stage.modes.stick_force[k]

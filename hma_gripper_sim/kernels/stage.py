@@ -18,14 +18,11 @@ from hma_gripper_sim.kernels.chain import (
     tip_response,
 )
 from hma_gripper_sim.kernels.compiled import kernel
-from hma_gripper_sim.kernels.contact import (
-    ContactLaw,
-    ContactWork,
-    Fingertip,
-    contact_work,
-    solve_contact,
-)
+from hma_gripper_sim.kernels.contact import solve_contact
+from hma_gripper_sim.kernels.contact_law import ContactLaw
+from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work
 from hma_gripper_sim.kernels.proximity import Obstacle
+from hma_gripper_sim.kernels.touch import Fingertip
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from hma_gripper_sim.kernels.chain import Chain
-from hma_gripper_sim.kernels.contact import Fingertip
 from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
+from hma_gripper_sim.kernels.touch import Fingertip
 from hma_gripper_sim.model.contours.base import face_normals
 from hma_gripper_sim.model.joint_names import SIDES
 from hma_gripper_sim.model.scene import SceneDescription

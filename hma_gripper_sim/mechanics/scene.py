@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import Chain
-from hma_gripper_sim.kernels.contact import ContactLaw, Fingertip
+from hma_gripper_sim.kernels.contact_law import ContactLaw
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.stage import Model
+from hma_gripper_sim.kernels.touch import Fingertip
 from hma_gripper_sim.mechanics.asked_accuracy import (
     Choice,
     Resolution,

@@ -10,7 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.contact import ContactModes, contact_modes, copy_modes, measure_gaps
+from hma_gripper_sim.kernels.contact_law import (
+    ContactModes,
+    contact_modes,
+    copy_modes,
+    measure_gaps,
+)
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.stage import Model, Work, allocate, solve_stage
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
@@ -59,7 +64,10 @@ def start_state(model: Model) -> HalfState:
     weight = float(model.chain.mass.sum()) * model.gravity
     scale = max(abs(load), weight, WEIGHTLESS * model.bending)
     return HalfState(
-        clock=np.array([0.0, FIRST_STEP, scale, 0.0]),
+        time=np.zeros(1),
+        next_step=np.array([FIRST_STEP]),
+        force_scale=np.array([scale]),
+        crowding=np.zeros(1),
         q=q,
         v=v,
         a=a,
@@ -76,7 +84,10 @@ def start_state(model: Model) -> HalfState:
 def copy_state(state: HalfState) -> HalfState:
     """A state with arrays of its own."""
     return HalfState(
-        state.clock.copy(),
+        state.time.copy(),
+        state.next_step.copy(),
+        state.force_scale.copy(),
+        state.crowding.copy(),
         state.q.copy(),
         state.v.copy(),
         state.a.copy(),

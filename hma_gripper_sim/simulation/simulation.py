@@ -128,7 +128,7 @@ class Half:
                 break
             record = Record(*(np.concatenate([part, np.empty_like(part)]) for part in record))
         force, angle = np.sqrt(scratch.error.square / (motion.time[-1] - motion.time[0]))
-        error = float(max(force / state.clock[2], angle))
+        error = float(max(force / state.force_scale[0], angle))
         rows = HalfRecord(*(part[:filled] for part in record))
         return HalfRun(OUTCOMES[status], rows, state, error, 0)
 
@@ -204,7 +204,7 @@ class Simulation:
         for half in self._halves:
             outcome = half.tick(motion, self.tolerance)
             if outcome is not Outcome.CONVERGED:
-                reached = float(half.state.clock[0])
+                reached = float(half.state.time[0])
                 self.restore(before)
                 raise SimulationError(outcome, reached)
         self._arrive(motion)
@@ -439,7 +439,10 @@ class Simulation:
         halves = _build_halves(scene, both=not alike)
         for half, state in zip(halves, present, strict=False):
             half.state = half.state._replace(
-                clock=state.clock,
+                time=state.time,
+                next_step=state.next_step,
+                force_scale=state.force_scale,
+                crowding=state.crowding,
                 q=state.q,
                 v=state.v,
                 a=state.a,
@@ -567,7 +570,7 @@ def _empty_record(state: HalfState) -> Record:
         np.empty((ROWS, 3)),
         np.empty((ROWS, 4)),
     )
-    record.time[0] = state.clock[0]
+    record.time[0] = state.time[0]
     record.q[0] = state.q
     record.v[0] = state.v
     record.a[0] = state.a

@@ -25,7 +25,7 @@ from hma_gripper_benchmarks.asked_error import (
 from hma_gripper_benchmarks.population import POPULATIONS, plain_tasks
 from hma_gripper_benchmarks.worker import Worker, WorkerError
 from hma_gripper_sim import Circle, simulate
-from hma_gripper_sim.kernels.chain import tip_pose
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
 from hma_gripper_sim.motion.prescribed_motion import evaluate, follow
 
@@ -223,10 +223,8 @@ def hermite(shares, h, q, v):
 
 def gaps(model, height, q):
     """Gap of each contact candidate [m]."""
-    pose = np.empty(3)
-    tip_pose(model.chain, height, np.ascontiguousarray(q), pose)
-    turn = np.exp(1j * pose[2])
-    points = model.fingertip.points @ [1.0, 1j] * turn + complex(pose[0], pose[1])
+    x, z, angle = place_tip(model.chain, -height, np.ascontiguousarray(q))
+    points = model.fingertip.points @ [1.0, 1j] * np.exp(1j * angle) + complex(x, z)
     reach = model.obstacle.radius + model.fingertip.radius
     if model.fingertip.capsule:
         ends = (points[0].real, points[0].imag, points[1].real, points[1].imag)

@@ -11,20 +11,18 @@ from scipy.spatial import ConvexHull
 
 from hma_gripper_sim import Circle, Contour, GripperDesign, Polygon, RoundedBox
 from hma_gripper_sim.kernels.chain import TipResponse, tip_response
-from hma_gripper_sim.kernels.contact import (
+from hma_gripper_sim.kernels.contact import _evaluate, solve_contact
+from hma_gripper_sim.kernels.contact_law import (
     CLOSED,
     GRAZING,
     SLIP_LEFT,
     SLIP_RIGHT,
     STICK,
     ContactLaw,
-    ContactWork,
-    Fingertip,
-    _evaluate,
-    contact_work,
-    solve_contact,
 )
+from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
+from hma_gripper_sim.kernels.touch import Fingertip
 from hma_gripper_sim.model.contours.base import face_normals
 
 DESIGN = GripperDesign.thesis_2013()

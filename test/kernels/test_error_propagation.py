@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import GripperDesign, Polygon, RoundedBox, Scene, simulate
-from hma_gripper_sim.kernels.contact import touched_part
 from hma_gripper_sim.kernels.error_propagation import clear_error
 from hma_gripper_sim.kernels.radau_integrator import Record, integrate_radau
+from hma_gripper_sim.kernels.touch import touched_part
 from hma_gripper_sim.mechanics.start_pose import copy_state
 from hma_gripper_sim.motion.prescribed_motion import follow
 from hma_gripper_sim.simulation.simulation import Half

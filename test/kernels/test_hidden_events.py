@@ -8,15 +8,16 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import CubicHermiteSpline
 
 from hma_gripper_sim import Circle, GripperDesign, Polygon, RoundedBox, Scene
-from hma_gripper_sim.kernels.base_motion import Motion, acceleration_bound, base_motion
-from hma_gripper_sim.kernels.chain import chain_work, place, tip_pose, tip_response
-from hma_gripper_sim.kernels.contact import CLOSED, contact_modes
+from hma_gripper_sim.kernels.base_motion import Motion, Stretch, acceleration_bound, base_motion
+from hma_gripper_sim.kernels.contact_law import CLOSED, contact_modes
 from hma_gripper_sim.kernels.hidden_events import (
+    Passage,
     first_dip,
     first_hidden_touch,
     passage_work,
     tip_acceleration,
 )
+from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import point_distance, segment_distance
 from hma_gripper_sim.kernels.stage import Model
 
@@ -63,13 +64,13 @@ class RandomStep:
         spline = CubicHermiteSpline(
             [0.0, h], np.array([self.q0, self.q1]), np.array([self.v0, self.v1])
         )
-        pose, base = np.empty(3), np.empty(3)
+        base = np.empty(3)
         fingertip = self.model.fingertip
         self.points = np.empty((SAMPLES, len(fingertip.points)), dtype=complex)
         self.height = np.empty(SAMPLES)
         for i, q in enumerate(spline(self.time)):
             base_motion(self.motion, 0, self.time[i], base)
-            tip_pose(self.model.chain, base[0], q, pose)
+            pose = place_tip(self.model.chain, -base[0], q)
             local = fingertip.points[:, 0] + 1j * fingertip.points[:, 1]
             self.points[i] = pose[0] + 1j * pose[1] + np.exp(1j * pose[2]) * local
             self.height[i] = base[0]
@@ -95,19 +96,10 @@ class RandomStep:
         if closed is not None:
             modes.normal[closed] = CLOSED
         work = passage_work(len(self.q0), len(self.model.fingertip.points), k)
-        model = self.model
         return first_hidden_touch(
-            model.chain,
-            model.fingertip,
-            model.obstacle,
-            self.motion,
-            0,
-            0.0,
-            self.h,
-            self.q0,
-            self.v0,
-            self.q1,
-            self.v1,
+            self.model,
+            Stretch(self.motion, 0, 0.0, self.h),
+            Passage(self.q0, self.v0, self.q1, self.v1),
             modes,
             modes,
             modes,
@@ -121,9 +113,8 @@ def test_points_of_the_tip_accelerate_no_more_than_the_bound(seed: int) -> None:
     """Second differences of densely placed points, relative to the base."""
     step = RandomStep(seed)
     model = step.model
-    bound = tip_acceleration(
-        model.chain, model.fingertip, step.h, step.q0, step.v0, step.q1, step.v1
-    )
+    passage = Passage(step.q0, step.v0, step.q1, step.v1)
+    bound = tip_acceleration(model.chain, model.fingertip, step.h, passage)
     places = step.points - 1j * step.height[:, None]
     second = np.abs(np.diff(places, 2, axis=0)).max() / step.time[1] ** 2
     rounding = 1e-15 / step.time[1] ** 2
@@ -166,24 +157,6 @@ def test_contacts_that_are_not_open_are_left_out() -> None:
     assert RandomStep(seed).first_hidden_touch(closed=0) == np.inf
 
 
-@pytest.mark.parametrize("discretisation", ["thesis", "gauss"])
-def test_tip_pose_is_where_the_sweep_places_the_tip(discretisation: str) -> None:
-    """The same kinematics, without rates."""
-    rng = np.random.default_rng(3)
-    scene = Scene(GripperDesign.thesis_2013(), Circle(0.015), discretisation=discretisation)
-    chain = scene.half.chain
-    n = len(chain.rest)
-    q, base, pose, tip = (
-        rng.normal(0.0, 0.1, n),
-        np.array([0.3, 0.0, 0.0]),
-        np.empty(3),
-        tip_response(),
-    )
-    place(chain, base, 0.0, q, np.zeros(n), np.zeros(n), chain_work(n), tip)
-    tip_pose(chain, 0.3, q, pose)
-    np.testing.assert_allclose(pose, tip.pose, rtol=1e-13)
-
-
 @pytest.mark.parametrize("seed", range(10))
 def test_base_accelerates_no_more_than_the_bound(seed: int) -> None:
     """A piecewise polynomial, evaluated densely over a part of it."""
@@ -192,11 +165,12 @@ def test_base_accelerates_no_more_than_the_bound(seed: int) -> None:
     motion = Motion(time, np.zeros(5), rng.normal(0.0, 1.0, (4, 5)), np.zeros(4, dtype=bool))
     start, end = np.sort(rng.uniform(0.0, time[-1], 2))
     segment = int(np.searchsorted(time, start, side="right")) - 1
+    stretch = Stretch(motion, segment, start, end - start)
     base, largest = np.empty(3), 0.0
     for t in np.linspace(start, end, 500):
         base_motion(motion, segment, t, base)
         largest = max(largest, abs(base[2]))
-    assert largest <= acceleration_bound(motion, segment, start, end) * (1.0 + 1e-12)
+    assert largest <= acceleration_bound(stretch) * (1.0 + 1e-12)
 
 
 def test_a_dip_below_zero_is_timed_exactly() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
+from hma_gripper_sim.kernels.contact_law import CLOSED, OPEN, SLIP_LEFT, SLIP_RIGHT, STICK
 from hma_gripper_sim.kernels.integrator import GAMMA, time_to_event
 from hma_gripper_sim.mechanics.start_pose import copy_state
 from hma_gripper_sim.motion.prescribed_motion import follow
@@ -45,7 +45,7 @@ def test_ends_exactly(design: GripperDesign, duration: float) -> None:
     simulation = Simulation(Scene(design, Circle(0.015), clearance=0.0))
     for i in range(1, 4):
         simulation.step(duration, 0.004)
-        assert simulation.time == simulation.snapshot().halves[0].clock[0]
+        assert simulation.time == simulation.snapshot().halves[0].time[0]
         assert simulation.time == pytest.approx(i * duration, rel=1e-14)
 
 

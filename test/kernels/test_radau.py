@@ -7,17 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 from hma_gripper_benchmarks.dense import equations, rates
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
-from hma_gripper_sim.kernels.base_motion import Motion, base_motion
-from hma_gripper_sim.kernels.contact import CLOSED, OPEN, SLIP_LEFT, STICK
+from hma_gripper_sim.kernels.base_motion import Motion, Stretch, base_motion
+from hma_gripper_sim.kernels.contact_law import CLOSED, OPEN, SLIP_LEFT, STICK
+from hma_gripper_sim.kernels.error_propagation import error_work
 from hma_gripper_sim.kernels.integrator import HalfState
+from hma_gripper_sim.kernels.mode_search import find_modes
 from hma_gripper_sim.kernels.radau import (
     RadauWork,
-    collocation_state,
     guess_first,
     guess_next,
+    powers,
     radau_step,
     radau_work,
 )
@@ -33,7 +36,7 @@ from hma_gripper_sim.kernels.radau_method import (
     TO_COMPLEX,
     TO_REAL,
 )
-from hma_gripper_sim.kernels.stage import Model
+from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.mechanics.outcome import Outcome
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
@@ -116,9 +119,8 @@ def run_steps(model: Model, motion: Motion, start: HalfState, steps: int) -> End
             guess_first(h, state.a, wrench, state.modes, work.stages.z, work.contacts)
         else:
             guess_next(1.0, work.stages.z, work.contacts)
-        assert radau_step(
-            model, motion, 0, t, h, ACCURACY, 0.4, state.q, state.v, state.modes, work
-        )
+        stretch = Stretch(motion, 0, t, h)
+        assert radau_step(model, stretch, ACCURACY, 0.4, state.q, state.v, state.modes, work)
         state.q[:], state.v[:] = work.stages.q[2], work.stages.v[2]
         state.a[:] = work.stages.a[2]
         base_motion(motion, 0, t + h, work.base)
@@ -209,21 +211,38 @@ def test_stick_of_a_state_does_not_start_to_slip() -> None:
 
 
 def test_collocation_polynomial() -> None:
-    """At the stages it has their angles and rates, and its angle's slope there is the rate."""
+    """The slope of a step's angles is their rate at each stage."""
     scene, state = pressed(3.0, 0.4)
     model, work = scene.models[0], radau_work(scene.models[0])
     motion, h = accelerate(0.4, 0.01, 2.0), 1e-3
     guess_first(h, state.a, state.wrench, state.modes, work.stages.z, work.contacts)
-    assert radau_step(model, motion, 0, 0.4, h, 1e-9, 0.4, state.q, state.v, state.modes, work)
-    q, v, ahead, behind = np.zeros((4, len(state.q)))
-    for i, node in enumerate(NODES):
-        collocation_state(node, h, state.q, state.v, work.stages, q, v)
-        np.testing.assert_allclose(q, work.stages.q[i], atol=1e-14)
-        np.testing.assert_allclose(v, work.stages.v[i], atol=1e-12)
-        collocation_state(node + 1e-3, h, state.q, state.v, work.stages, ahead, v)
-        collocation_state(node - 1e-3, h, state.q, state.v, work.stages, behind, v)
-        slope = (ahead - behind) / (2e-3 * h)
-        np.testing.assert_allclose(slope, work.stages.v[i], atol=1e-6 * np.abs(slope).max())
+    stretch = Stretch(motion, 0, 0.4, h)
+    assert radau_step(model, stretch, 1e-9, 0.4, state.q, state.v, state.modes, work)
+    for j, before in enumerate(state.v):
+        angle = Polynomial([0.0, *powers(*work.stages.z[:, j])])  # beyond going on at `before`
+        np.testing.assert_allclose(angle(NODES), work.stages.z[:, j], atol=1e-14)
+        slope = before + angle.deriv()(NODES) / h
+        np.testing.assert_allclose(slope, work.stages.v[:, j], atol=1e-11)
+
+
+def test_a_step_that_finds_modes_is_not_longer_than_it_may_be() -> None:
+    """One that is off by more than is allowed changes nothing; one that is allowed goes on.
+
+    What it is off by is half its length times the change of a body's rate, and the error that is
+    carried along receives it.
+    """
+    scene, state = pressed(0.3, 0.4)
+    model, work, buffers = scene.models[0], radau_work(scene.models[0]), allocate(scene.models[0])
+    error, margin = error_work(len(state.q), 1), np.zeros((1, 2))
+    start, stretch = copy_state(state), Stretch(accelerate(0.4, 0.1, 2.0), 0, 0.4, 0.01)
+    off = find_modes(model, stretch, 1e-9, state, buffers, work, error, margin)
+    assert 1e-9 < off < np.inf
+    for before, after in zip(start, state, strict=True):
+        np.testing.assert_equal(after, before)
+    assert find_modes(model, stretch, np.inf, state, buffers, work, error, margin) == off
+    change = np.cumsum(state.v - start.v)
+    assert off == pytest.approx(0.005 * np.abs(change).max(), rel=1e-12)
+    np.testing.assert_allclose(error.angle, -0.005 * (state.v - start.v), rtol=1e-12)
 
 
 def test_coefficients() -> None:
@@ -281,6 +300,6 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
     assert new.counts[0] < old.counts[0] / 3
     assert new.modes.normal.tolist() == old.modes.normal.tolist()
     assert max(old.modes.normal) == CLOSED
-    np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.clock[2])
+    np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.force_scale[0])
     np.testing.assert_allclose(np.cumsum(new.q), np.cumsum(old.q), atol=1e-6)
     np.testing.assert_allclose(new.work, old.work, atol=1e-4 * np.abs(old.work).max())
