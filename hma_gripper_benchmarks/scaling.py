@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hma_gripper_benchmarks.measuring import interleaved
 from hma_gripper_sim.kernels.chain import eliminate, place, substitute
 from hma_gripper_sim.kernels.compiled import COMPILED
-from hma_gripper_sim.kernels.stage import Model, Work, allocate
+from hma_gripper_sim.kernels.stage import Model, Workspace, allocate
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.contours.circle import Circle
 from hma_gripper_sim.model.gripper import GripperDesign
@@ -87,10 +87,10 @@ def measure(
 
 def _iterations(model: Model, count: int) -> Callable[[], None]:
     n = model.chain.rest.size
-    work = allocate(model)
+    workspace = allocate(model)
     q, v, a = (np.zeros(n) for _ in range(3))
     iterate = _compiled()
-    return lambda: iterate(model, work, q, v, a, count)
+    return lambda: iterate(model, workspace, q, v, a, count)
 
 
 @cache
@@ -115,9 +115,9 @@ def _memory(scene: Scene) -> int:
     return size
 
 
-def _iterate(model: Model, work: Work, q: Array, v: Array, a: Array, count: int) -> None:
+def _iterate(model: Model, workspace: Workspace, q: Array, v: Array, a: Array, count: int) -> None:
     """Newton iterations of the chain; the increments are computed, not applied."""
     for _ in range(count):
-        place(model.chain, work.base, model.gravity, q, v, a, work.chain, work.tip)
-        eliminate(model.chain, RATE, q, v, work.chain, work.tip)
-        substitute(work.chain, work.contact.correction, work.increment)
+        place(model.chain, workspace.base, model.gravity, q, v, a, workspace.chain, workspace.tip)
+        eliminate(model.chain, RATE, q, v, workspace.chain, workspace.tip)
+        substitute(workspace.chain, workspace.contact.correction, workspace.increment)

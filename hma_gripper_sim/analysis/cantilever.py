@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hma_gripper_sim.kernels.chain import chain_work, tip_response
+from hma_gripper_sim.kernels.chain import chain_workspace, tip_response
 from hma_gripper_sim.kernels.static_equilibrium import solve_dead_load
 from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.mechanics.half_gripper import cantilever
@@ -75,7 +75,7 @@ def cantilever_deflection(
         at_rest,
         increment,
         np.zeros(3),
-        chain_work(joints),
+        chain_workspace(joints),
         tip,
     )
     if not solved:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hma_gripper_sim.kernels.chain import ChainWork, TipResponse, place
+from hma_gripper_sim.kernels.chain import ChainWorkspace, TipResponse, place
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact_law import (
     ContactLaw,
@@ -18,7 +18,7 @@ from hma_gripper_sim.kernels.contact_law import (
     copy_modes,
     is_stuck,
 )
-from hma_gripper_sim.kernels.contact_wrench import ContactWork, evaluate_contacts, hold_along
+from hma_gripper_sim.kernels.contact_wrench import ContactWorkspace, evaluate_contacts, hold_along
 from hma_gripper_sim.kernels.radau_chain import (
     Factor,
     Solution,
@@ -43,11 +43,11 @@ def solve_accelerations(
     v: Array,
     modes: ContactModes,
     a: Array,
-    chain_work: ChainWork,
+    chain_workspace: ChainWorkspace,
     tip: TipResponse,
     mass: Factor,
     side: Solution,
-    contact: ContactWork,
+    contact: ContactWorkspace,
 ) -> bool:
     """Accelerations, contact forces and load on the base of a state.
 
@@ -67,13 +67,13 @@ def solve_accelerations(
         Receives the contacts' forces.
     """
     law = model.law
-    place(model.chain, base, model.gravity, q, v, a, chain_work, tip)
+    place(model.chain, base, model.gravity, q, v, a, chain_workspace, tip)
     copy_modes(modes, contact.modes)
     for j in range(3):
         contact.pose[j] = tip.pose[j]
         contact.twist[j] = tip.twist[j]
     contact.turn[0], contact.turn[1] = tip.turn[0], tip.turn[1]
-    if not factorise(model.chain, 1.0, 0.0, 0.0, tip.wrench, chain_work, mass):
+    if not factorise(model.chain, 1.0, 0.0, 0.0, tip.wrench, chain_workspace, mass):
         return False
     fresh = side.moment.size > 0  # not a literal True: numba would compile everything for that, too
     evaluate_contacts(
@@ -91,12 +91,12 @@ def solve_accelerations(
             for j in range(3):
                 contact.wrench[j] += lack * contact.slip_row[k, j]
             contact.friction_force[k] += lack
-    load = imbalances(model.chain, q, v, contact.wrench, chain_work, side.moment)
-    reduce_moments(model.chain, chain_work, mass, side)
+    load = imbalances(model.chain, q, v, contact.wrench, chain_workspace, side.moment)
+    reduce_moments(model.chain, chain_workspace, mass, side)
     load += side.root[0]
     if not _share_sticks(law, modes, mass.compliance, tip.acceleration, side, contact):
         return False
-    joint_increments(model.chain, chain_work, mass, side)
+    joint_increments(model.chain, chain_workspace, mass, side)
     for j in range(3):
         contact.wrench[j] += side.change[j]
         load += mass.root[j] * side.change[j]
@@ -114,7 +114,7 @@ def _share_sticks(
     compliance: Array,
     acceleration: Array,
     side: Solution,
-    contact: ContactWork,
+    contact: ContactWorkspace,
 ) -> bool:
     """Find the change of the wrench by which no stick starts to slip.
 

@@ -134,7 +134,7 @@ def hinge_moments(u: TipWrenches) -> tuple[Any, Any, Any]:
 
 
 @kernel
-def sliding_row(
+def shortening_row(
     k: Rigidity, fx: Any, fz: Any, sx: float, sz: float, swerve_x: float, swerve_z: float
 ) -> JointRow:
     """Row of a joint that slides as it turns.
@@ -159,7 +159,7 @@ def sliding_row(
 
 
 @kernel
-def sliding_moments(u: TipWrenches, sx: float, sz: float) -> tuple[Any, Any, Any]:
+def shortening_moments(u: TipWrenches, sx: float, sz: float) -> tuple[Any, Any, Any]:
     """Moments of a joint that slides as it turns under unit wrenches on the tip."""
     return (
         u.xm + (sx * u.xx + sz * u.xz),

@@ -32,8 +32,8 @@ from hma_gripper_sim.kernels.articulated_body import (
     hinge_row,
     mirror_upper_half,
     no_rigidity,
-    sliding_moments,
-    sliding_row,
+    shortening_moments,
+    shortening_row,
     unit_wrenches,
 )
 from hma_gripper_sim.kernels.compiled import kernel
@@ -57,11 +57,11 @@ class Chain(NamedTuple):
     straightening: Array
 
 
-class ChainWork(NamedTuple):
+class ChainWorkspace(NamedTuple):
     """What the two sweeps of one Newton iteration leave for each other."""
 
-    step: Array  # from a body's joint to the next one, world frame, shape (n, 2)
-    slide: Array  # what a joint moves by per angle beside turning, world frame, shape (n, 2)
+    link: Array  # from a body's joint to the next one, world frame, shape (n, 2)
+    shortening: Array  # what a joint moves by per angle beside turning, world frame, shape (n, 2)
     swerve: Array  # and the change of that per angle, shape (n, 2)
     arm: Array  # from a body's joint to its centre of gravity, world frame, shape (n, 2)
     load: Array  # gravity and inertia at the centre of gravity: fx, fz, moment; shape (n, 3)
@@ -84,9 +84,9 @@ class TipResponse(NamedTuple):
     root_force: Array  # linearised vertical load on the base: [0], and per unit change [1:4]
 
 
-def chain_work(n: int) -> ChainWork:
+def chain_workspace(n: int) -> ChainWorkspace:
     """Allocate the buffers for a chain of `n` joints."""
-    return ChainWork(
+    return ChainWorkspace(
         np.zeros((n, 2)),
         np.zeros((n, 2)),
         np.zeros((n, 2)),
@@ -125,19 +125,19 @@ def rotation(angle: float) -> tuple[float, float]:
 
 
 @kernel
-def _slide(
-    straightening: float, q: float, tx: float, tz: float, i: int, work: ChainWork
+def _shorten(
+    straightening: float, q: float, tx: float, tz: float, i: int, workspace: ChainWorkspace
 ) -> tuple[float, float]:
-    """How far joint `i` has slid; what that changes by per angle goes into `work`.
+    """How far joint `i` has slid; what that changes by per angle goes into `workspace`.
 
     (tx, tz) is the beam's direction there: half-way between the bodies before and after it.
     """
     along, across = 2.0 * straightening * q, 0.5 * straightening * q * q
-    work.slide[i, 0] = along * tx - across * tz
-    work.slide[i, 1] = along * tz + across * tx
+    workspace.shortening[i, 0] = along * tx - across * tz
+    workspace.shortening[i, 1] = along * tz + across * tx
     bend = 2.0 * straightening - 0.5 * across
-    work.swerve[i, 0] = bend * tx - along * tz
-    work.swerve[i, 1] = bend * tz + along * tx
+    workspace.swerve[i, 0] = bend * tx - along * tz
+    workspace.swerve[i, 1] = bend * tz + along * tx
     slid = straightening * q * q
     return slid * tx, slid * tz
 
@@ -150,7 +150,7 @@ def place(
     q: Array,
     v: Array,
     a: Array,
-    work: ChainWork,
+    workspace: ChainWorkspace,
     tip: TipResponse,
 ) -> None:
     """Outward sweep: place the bodies and load them with gravity and inertia.
@@ -174,9 +174,9 @@ def place(
                 cos, sin = cos * rest_cos - sin * rest_sin, sin * rest_cos + cos * rest_sin
             tx, tz = cos * half_cos - sin * half_sin, sin * half_cos + cos * half_sin
             cos, sin = tx * half_cos - tz * half_sin, tz * half_cos + tx * half_sin
-            sx, sz = _slide(chain.straightening[i], q[i], tx, tz, i, work)
-            gx, gz = work.slide[i, 0], work.slide[i, 1]
-            hx, hz = work.swerve[i, 0], work.swerve[i, 1]
+            sx, sz = _shorten(chain.straightening[i], q[i], tx, tz, i, workspace)
+            gx, gz = workspace.shortening[i, 0], workspace.shortening[i, 1]
+            hx, hz = workspace.swerve[i, 0], workspace.swerve[i, 1]
             before = omega - v[i]
             x += sx
             z += sz
@@ -188,25 +188,25 @@ def place(
             ax -= turned * sz + before * before * sx
             az += turned * sx - before * before * sz
             if i > 0:
-                work.step[i - 1, 0] += sx
-                work.step[i - 1, 1] += sz
+                workspace.link[i - 1, 0] += sx
+                workspace.link[i - 1, 1] += sz
         else:
             turn_cos, turn_sin = rotation(chain.rest[i] + q[i])
             cos, sin = cos * turn_cos - sin * turn_sin, sin * turn_cos + cos * turn_sin
         cx = cos * chain.centre[i, 0] - sin * chain.centre[i, 1]
         cz = sin * chain.centre[i, 0] + cos * chain.centre[i, 1]
-        work.arm[i, 0] = cx
-        work.arm[i, 1] = cz
+        workspace.arm[i, 0] = cx
+        workspace.arm[i, 1] = cz
         mass = chain.mass[i]
-        work.load[i, 0] = -mass * (ax - alpha * cz - omega * omega * cx)
-        work.load[i, 1] = -mass * (az + alpha * cx - omega * omega * cz + gravity)
-        work.load[i, 2] = -chain.inertia[i] * alpha
+        workspace.load[i, 0] = -mass * (ax - alpha * cz - omega * omega * cx)
+        workspace.load[i, 1] = -mass * (az + alpha * cx - omega * omega * cz + gravity)
+        workspace.load[i, 2] = -chain.inertia[i] * alpha
         if i == n - 1:
             break
         rx = cos * chain.link[i, 0] - sin * chain.link[i, 1]
         rz = sin * chain.link[i, 0] + cos * chain.link[i, 1]
-        work.step[i, 0] = rx
-        work.step[i, 1] = rz
+        workspace.link[i, 0] = rx
+        workspace.link[i, 1] = rz
         x += rx
         z += rz
         vx -= omega * rz
@@ -228,7 +228,7 @@ def place(
 
 @kernel
 def eliminate(
-    chain: Chain, s: float, q: Array, v: Array, work: ChainWork, tip: TipResponse
+    chain: Chain, s: float, q: Array, v: Array, workspace: ChainWorkspace, tip: TipResponse
 ) -> bool:
     """Inward sweep: eliminate the joints from the tip to the base.
 
@@ -243,32 +243,36 @@ def eliminate(
     tip.compliance[:, :] = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:  # carry everything from joint i + 1 to joint i
-            rx, rz = work.step[i, 0], work.step[i, 1]
+            rx, rz = workspace.link[i, 0], workspace.link[i, 1]
             k = carry_rigidity(k, rx, rz, fx, fz)
             u = carry_wrenches(u, rx, rz)
             m += rx * fz - rz * fx
-        cx, cz = work.arm[i, 0], work.arm[i, 1]
-        gx, gz = work.load[i, 0], work.load[i, 1]
+        cx, cz = workspace.arm[i, 0], workspace.arm[i, 1]
+        gx, gz = workspace.load[i, 0], workspace.load[i, 1]
         fx += gx
         fz += gz
-        m += cx * gz - cz * gx + work.load[i, 2]
+        m += cx * gz - cz * gx + workspace.load[i, 2]
         k = add_body(k, chain.mass[i] * inertial, chain.inertia[i] * inertial, cx, cz, gx, gz)
         row, imbalance = hinge_row(k), m
         ax, az, at = hinge_moments(u)
         if chain.straightening[i] > 0.0:
-            sx, sz = work.slide[i, 0], work.slide[i, 1]
-            row = sliding_row(k, fx, fz, sx, sz, work.swerve[i, 0], work.swerve[i, 1])
-            ax, az, at = sliding_moments(u, sx, sz)
+            sx, sz = workspace.shortening[i, 0], workspace.shortening[i, 1]
+            row = shortening_row(k, fx, fz, sx, sz, workspace.swerve[i, 0], workspace.swerve[i, 1])
+            ax, az, at = shortening_moments(u, sx, sz)
             imbalance += sx * fx + sz * fz
         pivot = row.own + chain.stiffness[i] + chain.damping[i] * s
         if not pivot > 0.0:
             return False
         imbalance -= chain.stiffness[i] * q[i] + chain.damping[i] * v[i]
         inverse = 1.0 / pivot
-        work.imbalance[i] = imbalance
-        work.give[i] = inverse
-        work.coupling[i, 0], work.coupling[i, 1], work.coupling[i, 2] = row.x, row.z, row.t
-        work.lever[i, 0], work.lever[i, 1], work.lever[i, 2] = ax, az, at
+        workspace.imbalance[i] = imbalance
+        workspace.give[i] = inverse
+        workspace.coupling[i, 0], workspace.coupling[i, 1], workspace.coupling[i, 2] = (
+            row.x,
+            row.z,
+            row.t,
+        )
+        workspace.lever[i, 0], workspace.lever[i, 1], workspace.lever[i, 2] = ax, az, at
         tip.free[0] += ax * imbalance * inverse
         tip.free[1] += az * imbalance * inverse
         tip.free[2] += at * imbalance * inverse
@@ -288,7 +292,7 @@ def eliminate(
 
 
 @kernel
-def substitute(work: ChainWork, change: Array, dq: Array) -> float:
+def substitute(workspace: ChainWorkspace, change: Array, dq: Array) -> float:
     """Outward sweep: joint increments `dq` for a `change` of the contact wrench on the tip.
 
     Returns the largest rotation of any body [rad].
@@ -296,19 +300,19 @@ def substitute(work: ChainWork, change: Array, dq: Array) -> float:
     dx, dz, turn, largest = 0.0, 0.0, 0.0, 0.0
     for i in range(dq.size):
         moment = (
-            work.imbalance[i]
-            + work.lever[i, 0] * change[0]
-            + work.lever[i, 1] * change[1]
-            + work.lever[i, 2] * change[2]
-            - work.coupling[i, 0] * dx
-            - work.coupling[i, 1] * dz
-            - work.coupling[i, 2] * turn
+            workspace.imbalance[i]
+            + workspace.lever[i, 0] * change[0]
+            + workspace.lever[i, 1] * change[1]
+            + workspace.lever[i, 2] * change[2]
+            - workspace.coupling[i, 0] * dx
+            - workspace.coupling[i, 1] * dz
+            - workspace.coupling[i, 2] * turn
         )
-        dq[i] = moment * work.give[i]
-        dx += work.slide[i, 0] * dq[i]
-        dz += work.slide[i, 1] * dq[i]
+        dq[i] = moment * workspace.give[i]
+        dx += workspace.shortening[i, 0] * dq[i]
+        dz += workspace.shortening[i, 1] * dq[i]
         turn += dq[i]
         largest = max(largest, abs(turn))
-        dx -= work.step[i, 1] * turn
-        dz += work.step[i, 0] * turn
+        dx -= workspace.link[i, 1] * turn
+        dz += workspace.link[i, 0] * turn
     return largest

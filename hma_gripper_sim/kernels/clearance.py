@@ -42,7 +42,7 @@ class Recorded(NamedTuple):
     other: Array  # joint angles of the other half, in that half's frame [rad], shape (r, n)
 
 
-class ClearanceWork(NamedTuple):
+class ClearanceWorkspace(NamedTuple):
     """Scratch of the search for touches."""
 
     placed: Array  # shape (k, 4)
@@ -54,10 +54,10 @@ class ClearanceWork(NamedTuple):
     other: Obstacle  # the other tip's flank
 
 
-def clearance_work(segments: Segments) -> ClearanceWork:
+def clearance_workspace(segments: Segments) -> ClearanceWorkspace:
     """Allocate the scratch for one half."""
     k = len(segments.body)
-    return ClearanceWork(
+    return ClearanceWorkspace(
         np.zeros((k, 4)),
         np.zeros((k, 4)),
         np.zeros(PARTS),
@@ -128,36 +128,40 @@ def _measure(
     states: Recorded,
     row: int,
     share: float,
-    work: ClearanceWork,
+    workspace: ClearanceWorkspace,
 ) -> None:
     """Gaps of all parts outside the contact model, a `share` of the way to a recorded state."""
     before = max(row - 1, 0)
     travel = states.travel[before] + share * (states.travel[row] - states.travel[before])
-    _between(states.other, row, share, work.q)
-    place_segments(chain, -travel, work.q, segments, work.placed_other)
-    _between(states.q, row, share, work.q)
-    place_segments(chain, -travel, work.q, segments, work.placed)
-    part_gaps(segments, work.placed, obstacle, work.gaps, work.places)
-    work.gaps[TIP_FLANK] = np.inf
+    _between(states.other, row, share, workspace.q)
+    place_segments(chain, -travel, workspace.q, segments, workspace.placed_other)
+    _between(states.q, row, share, workspace.q)
+    place_segments(chain, -travel, workspace.q, segments, workspace.placed)
+    part_gaps(segments, workspace.placed, obstacle, workspace.gaps, workspace.places)
+    workspace.gaps[TIP_FLANK] = np.inf
     # The other tip's flank, mirrored, is an obstacle of two vertices.
     last = segments.body.size - 1
-    vertices, normals, centre = work.other.vertices, work.other.normals, work.other.centre
+    vertices, normals, centre = (
+        workspace.other.vertices,
+        workspace.other.normals,
+        workspace.other.centre,
+    )
     for end in range(2):
-        vertices[end, 0] = -work.placed_other[last, 2 * end]
-        vertices[end, 1] = work.placed_other[last, 2 * end + 1]
+        vertices[end, 0] = -workspace.placed_other[last, 2 * end]
+        vertices[end, 1] = workspace.placed_other[last, 2 * end + 1]
     dx, dz = vertices[1, 0] - vertices[0, 0], vertices[1, 1] - vertices[0, 1]
     length = np.sqrt(dx * dx + dz * dz)
     normals[0, 0], normals[0, 1] = dz / length, -dx / length
     normals[1, 0], normals[1, 1] = -normals[0, 0], -normals[0, 1]
     centre[0] = 0.5 * (vertices[0, 0] + vertices[1, 0])
     centre[1] = 0.5 * (vertices[0, 1] + vertices[1, 1])
-    flank = work.placed[last]
+    flank = workspace.placed[last]
     distance, _, _, along, _, _, _, _, _ = segment_distance(
-        work.other, flank[0], flank[1], flank[2], flank[3]
+        workspace.other, flank[0], flank[1], flank[2], flank[3]
     )
-    work.gaps[OTHER_TIP] = distance - 2.0 * work.other.radius
-    work.places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
-    work.places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+    workspace.gaps[OTHER_TIP] = distance - 2.0 * workspace.other.radius
+    workspace.places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
+    workspace.places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
 
 
 @kernel
@@ -181,7 +185,7 @@ def first_touches(
     segments: Segments,
     obstacle: Obstacle,
     states: Recorded,
-    work: ClearanceWork,
+    workspace: ClearanceWorkspace,
     found: Array,
 ) -> None:
     """First time [s] (inf: never) and place (x, z) [m] at which a part touches.
@@ -198,24 +202,24 @@ def first_touches(
             closed += own + max(fall, _longest_way(chain, states.other, row, segments.reach))
         if closed < smallest:
             continue
-        _measure(chain, segments, obstacle, states, row, 1.0, work)
+        _measure(chain, segments, obstacle, states, row, 1.0, workspace)
         closed, smallest = 0.0, np.inf
         for part in range(PARTS):
-            work.touching[part] = work.gaps[part] < 0.0
+            workspace.touching[part] = workspace.gaps[part] < 0.0
             if found[part, 0] == np.inf:
-                smallest = min(smallest, work.gaps[part])
+                smallest = min(smallest, workspace.gaps[part])
         for part in range(PARTS):
-            if not work.touching[part] or found[part, 0] < np.inf:
+            if not workspace.touching[part] or found[part, 0] < np.inf:
                 continue
             free, touched = 0.0, 1.0  # halve the way from the last state without a touch
             for _ in range(BISECTIONS):
                 middle = 0.5 * (free + touched)
-                _measure(chain, segments, obstacle, states, row, middle, work)
-                if work.gaps[part] < 0.0:
+                _measure(chain, segments, obstacle, states, row, middle, workspace)
+                if workspace.gaps[part] < 0.0:
                     touched = middle
                 else:
                     free = middle
-            _measure(chain, segments, obstacle, states, row, touched, work)
+            _measure(chain, segments, obstacle, states, row, touched, workspace)
             start = states.time[max(row - 1, 0)]
             found[part, 0] = start + touched * (states.time[row] - start)
-            found[part, 1], found[part, 2] = work.places[part, 0], work.places[part, 1]
+            found[part, 1], found[part, 2] = workspace.places[part, 0], workspace.places[part, 1]

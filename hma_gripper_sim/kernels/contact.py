@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hma_gripper_sim.kernels.chain import TipResponse, rotation
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact_law import OPEN, STICK, ContactLaw
-from hma_gripper_sim.kernels.contact_wrench import ContactWork, evaluate_contacts
+from hma_gripper_sim.kernels.contact_wrench import ContactWorkspace, evaluate_contacts
 from hma_gripper_sim.kernels.proximity import Obstacle
 from hma_gripper_sim.kernels.touch import Fingertip
 
@@ -37,7 +37,7 @@ def _evaluate(
     s: float,
     tip: TipResponse,
     fresh: bool,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> bool:
     """Evaluate the forces of the present modes and their tangent at the trial increment.
 
@@ -45,15 +45,15 @@ def _evaluate(
     settled.
     """
     for j in range(3):
-        work.pose[j] = tip.pose[j] + work.increment[j]
-        work.twist[j] = tip.twist[j] + s * work.increment[j]
-    turn_cos, turn_sin = rotation(work.increment[2])
-    work.turn[0] = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
-    work.turn[1] = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
-    settled = evaluate_contacts(fingertip, obstacle, law, s, tip.compliance, fresh, work)
+        workspace.pose[j] = tip.pose[j] + workspace.increment[j]
+        workspace.twist[j] = tip.twist[j] + s * workspace.increment[j]
+    turn_cos, turn_sin = rotation(workspace.increment[2])
+    workspace.turn[0] = tip.turn[0] * turn_cos - tip.turn[1] * turn_sin
+    workspace.turn[1] = tip.turn[1] * turn_cos + tip.turn[0] * turn_sin
+    settled = evaluate_contacts(fingertip, obstacle, law, s, tip.compliance, fresh, workspace)
     for i in range(3):
         for j in range(3):
-            work.tangent[i, j] = work.by_pose[i, j] + s * work.by_twist[i, j]
+            workspace.tangent[i, j] = workspace.by_pose[i, j] + s * workspace.by_twist[i, j]
     return settled
 
 
@@ -82,14 +82,14 @@ def _solve3(matrix: Array, vector: Array, solution: Array) -> bool:
 
 
 @kernel
-def _revise_modes(work: ContactWork, revision: int, block: int) -> bool:
+def _revise_modes(workspace: ContactWorkspace, revision: int, block: int) -> bool:
     """Take over the wanted modes; return whether any changed.
 
     The first revision only closes contacts, those after `block` ones change one contact each.
     A contact that closes slides as it moves; if that has been tried, it sticks: one of both has
     a solution unless the step is too long.
     """
-    modes, wanted = work.modes, work.wanted
+    modes, wanted = workspace.modes, workspace.wanted
     changed = False
     for k in range(modes.normal.size):
         if wanted.normal[k] != modes.normal[k]:
@@ -100,7 +100,7 @@ def _revise_modes(work: ContactWork, revision: int, block: int) -> bool:
                 continue
             modes.normal[k] = wanted.normal[k]
         elif wanted.friction[k] != modes.friction[k] and revision > 0 and modes.normal[k] != OPEN:
-            modes.stick_force[k] = work.friction_force[k]
+            modes.stick_force[k] = workspace.friction_force[k]
             modes.friction[k] = wanted.friction[k]
         else:
             continue
@@ -111,7 +111,7 @@ def _revise_modes(work: ContactWork, revision: int, block: int) -> bool:
 
 
 @kernel
-def _measure_noise(s: float, reach: float, tip: TipResponse, work: ContactWork) -> None:
+def _measure_noise(s: float, reach: float, tip: TipResponse, workspace: ContactWorkspace) -> None:
     """Note what rounding makes of the contact forces, and the slip that passes for none.
 
     `reach` [m] makes an angle comparable to a way.
@@ -119,13 +119,13 @@ def _measure_noise(s: float, reach: float, tip: TipResponse, work: ContactWork) 
     moved, speed = 0.0, 0.0
     for j in range(3):
         length = reach if j == 2 else 1.0
-        moved += length * (abs(work.increment[j]) + abs(tip.free[j]))
-        speed += length * (abs(tip.twist[j]) + s * abs(work.increment[j]))
+        moved += length * (abs(workspace.increment[j]) + abs(tip.free[j]))
+        speed += length * (abs(tip.twist[j]) + s * abs(workspace.increment[j]))
     place = abs(tip.pose[0]) + abs(tip.pose[1])
-    noise = work.rigidity[0] * place + work.rigidity[1] * speed
+    noise = workspace.rigidity[0] * place + workspace.rigidity[1] * speed
     noise += moved / (tip.compliance[0, 0] + tip.compliance[1, 1])
-    work.noise[0] = ROUNDING * noise
-    work.noise[1] = STILL * speed
+    workspace.noise[0] = ROUNDING * noise
+    workspace.noise[1] = STILL * speed
 
 
 @kernel
@@ -137,7 +137,7 @@ def _search(
     precision: float,
     careful: bool,
     tip: TipResponse,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> bool:
     """`solve_contact` from the present modes and trial increment.
 
@@ -147,33 +147,33 @@ def _search(
     """
     compliance = tip.compliance[0, 0] + tip.compliance[1, 1]
     reach = np.sqrt(compliance / tip.compliance[2, 2])  # makes an angle comparable to a way
-    work.noise[:] = 0.0
+    workspace.noise[:] = 0.0
     revisions = -1
     fresh = revisions < 0  # not a literal True: numba would compile everything for that, too
     block = 0 if careful else BLOCK_REVISIONS
     for _ in range(CAREFUL_ITERATIONS if careful else MAX_ITERATIONS):
-        settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, work)
+        settled = _evaluate(fingertip, obstacle, law, s, tip, fresh, workspace)
         if revisions < 0:
             revisions = 0
-            if _revise_modes(work, 0, block):
+            if _revise_modes(workspace, 0, block):
                 continue
         square = 0.0
         for i in range(3):
-            r = work.increment[i] - tip.free[i]
+            r = workspace.increment[i] - tip.free[i]
             for j in range(3):
-                r -= tip.compliance[i, j] * (work.wrench[j] - tip.wrench[j])
-            work.residual[i] = r
+                r -= tip.compliance[i, j] * (workspace.wrench[j] - tip.wrench[j])
+            workspace.residual[i] = r
             weight = reach if i == 2 else 1.0
             square += (weight * r) ** 2
         lack = np.sqrt(square) / compliance  # as a force
         pressed = 0.0
-        for k in range(work.normal_force.size):
-            pressed += abs(work.normal_force[k])
-        _measure_noise(s, reach, tip, work)
-        noise = work.noise[0] + ROUNDING * pressed
+        for k in range(workspace.normal_force.size):
+            pressed += abs(workspace.normal_force[k])
+        _measure_noise(s, reach, tip, workspace)
+        noise = workspace.noise[0] + ROUNDING * pressed
         if lack <= noise + JUDGED * pressed:
             revisions += 1
-            if _revise_modes(work, revisions, block):
+            if _revise_modes(workspace, revisions, block):
                 fresh = True
                 continue
             if settled and lack <= noise + precision * pressed:
@@ -182,12 +182,12 @@ def _search(
             for j in range(3):
                 entry = 1.0 if i == j else 0.0
                 for k in range(3):
-                    entry -= tip.compliance[i, k] * work.tangent[k, j]
-                work.matrix[i, j] = entry
-        if not _solve3(work.matrix, work.residual, work.correction):
+                    entry -= tip.compliance[i, k] * workspace.tangent[k, j]
+                workspace.matrix[i, j] = entry
+        if not _solve3(workspace.matrix, workspace.residual, workspace.correction):
             return False
         for j in range(3):
-            work.increment[j] -= work.correction[j]
+            workspace.increment[j] -= workspace.correction[j]
         fresh = False
     return False
 
@@ -208,7 +208,7 @@ def solve_contact(
     s: float,
     precision: float,
     tip: TipResponse,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> bool:
     """Find the contact wrench for which contact law and linearised chain agree.
 
@@ -217,7 +217,7 @@ def solve_contact(
     in circles.  Then friction is softened until all contacts creep, which has one solution that
     Newton's method finds from anywhere, and hardened again.
 
-    Leaves the wrench and the modes in `work`; returns False when there was no agreement
+    Leaves the wrench and the modes in `workspace`; returns False when there was no agreement
     within `precision` of the contact force or rounding.
     """
     level = 0
@@ -226,12 +226,12 @@ def solve_contact(
         eased = _soften(law, s, level, tip) if softened else law
         if level <= 1:
             for j in range(3):
-                work.increment[j] = tip.free[j]
+                workspace.increment[j] = tip.free[j]
         if level == 1:
-            work.modes.normal[:] = OPEN
-            work.modes.friction[:] = STICK
+            workspace.modes.normal[:] = OPEN
+            workspace.modes.friction[:] = STICK
         accuracy = JUDGED if softened else precision
-        found = _search(fingertip, obstacle, eased, s, accuracy, level > 0, tip, work)
+        found = _search(fingertip, obstacle, eased, s, accuracy, level > 0, tip, workspace)
         if level == LEVELS or (level == 0 and (found or law.friction == 0.0 or s == 0.0)):
             return found
         # Rounding may end the softened problems early.

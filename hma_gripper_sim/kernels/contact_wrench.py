@@ -32,7 +32,7 @@ from hma_gripper_sim.kernels.touch import Fingertip, Nearest, nearest_point, tip
 Array = NDArray[np.float64]
 
 
-class ContactWork(NamedTuple):
+class ContactWorkspace(NamedTuple):
     """Contact forces, their sum and its tangent; one row per contact candidate."""
 
     modes: ContactModes
@@ -74,10 +74,10 @@ class Lever(NamedTuple):
     shift_swing: float  # and by one of the normal [m]
 
 
-def contact_work(fingertip: Fingertip) -> ContactWork:
+def contact_workspace(fingertip: Fingertip) -> ContactWorkspace:
     """Allocate the buffers for a fingertip."""
     k = 1 if fingertip.capsule else len(fingertip.points)
-    return ContactWork(
+    return ContactWorkspace(
         contact_modes(k),
         contact_modes(k),
         np.zeros(k),
@@ -125,28 +125,28 @@ def _rub(
     compliance: Array,
     k: int,
     fresh: bool,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> bool:
-    """Friction of contact `k` in its present mode, into `work`, with its differential.
+    """Friction of contact `k` in its present mode, into `workspace`, with its differential.
 
     Returns whether a stick force has settled.
     """
-    modes, row, twist_row = work.modes, work.row, work.twist_row
-    normal, slip, slip_row = work.normal_force[k], work.slip[k], work.slip_row[k]
+    modes, row, twist_row = workspace.modes, workspace.row, workspace.twist_row
+    normal, slip, slip_row = workspace.normal_force[k], workspace.slip[k], workspace.slip_row[k]
     limit = law.friction * normal
-    work.friction_force[k] = 0.0
+    workspace.friction_force[k] = 0.0
     row[1, :] = 0.0
     twist_row[1, :] = 0.0
     if law.friction == 0.0 or s == 0.0:
         return True
     mode = modes.friction[k]
     if mode != STICK:
-        work.friction_force[k] = mode * limit
+        workspace.friction_force[k] = mode * limit
         for j in range(3):
             row[1, j] = mode * law.friction * row[0, j]
             twist_row[1, j] = mode * law.friction * twist_row[0, j]
         if mode * slip > -law.slip_velocity:
-            work.wanted.friction[k] = STICK
+            workspace.wanted.friction[k] = STICK
         return True
     if law.slip_velocity > 0.0:
         grip = law.friction * abs(normal) / law.slip_velocity
@@ -163,14 +163,14 @@ def _rub(
             modes.stick_force[k] -= grip * slip
         held = modes.stick_force[k]
         friction = held - grip * slip
-        still = abs(grip * slip) <= STICK_TOLERANCE * abs(limit) or abs(slip) <= work.noise[1]
+        still = abs(grip * slip) <= STICK_TOLERANCE * abs(limit) or abs(slip) <= workspace.noise[1]
         settled = still and not fresh
-    work.rigidity[1] += grip
+    workspace.rigidity[1] += grip
     for j in range(3):
         twist_row[1, j] -= grip * slip_row[j]
-    work.friction_force[k] = friction
+    workspace.friction_force[k] = friction
     if normal > 0.0 and not fresh and abs(held) > limit * (1.0 + 1e-9):
-        work.wanted.friction[k] = SLIP_LEFT if held > 0.0 else SLIP_RIGHT
+        workspace.wanted.friction[k] = SLIP_LEFT if held > 0.0 else SLIP_RIGHT
     return settled
 
 
@@ -182,20 +182,20 @@ def _push(
     ez: float,
     approach: float,
     k: int,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> None:
-    """Normal force of the contact `k`, which is not open, into `work`, with its differential.
+    """Normal force of the contact `k`, which is not open, into `workspace`, with its differential.
 
     (ex, ez) is its direction.  In the layer where damping sets in the force grows with the depth.
     """
-    row, twist_row = work.row, work.twist_row
+    row, twist_row = workspace.row, workspace.twist_row
     stiffness, damping = law.stiffness, law.damping
-    work.normal_force[k] = -stiffness * at.gap - damping * approach
-    if work.modes.normal[k] == GRAZING:
+    workspace.normal_force[k] = -stiffness * at.gap - damping * approach
+    if workspace.modes.normal[k] == GRAZING:
         stiffness += max(0.0, -law.damping * approach) / law.graze
-        work.normal_force[k], damping = -stiffness * at.gap, 0.0
-    work.rigidity[0] += stiffness
-    work.rigidity[1] += law.damping
+        workspace.normal_force[k], damping = -stiffness * at.gap, 0.0
+    workspace.rigidity[0] += stiffness
+    workspace.rigidity[1] += law.damping
     row[0, 0] = -stiffness * at.nx
     row[0, 1] = -stiffness * at.nz
     row[0, 2] = -stiffness * (at.nz * at.lx - at.nx * at.lz)
@@ -262,51 +262,53 @@ def _lever_change(at: Nearest, lever: Lever, psi: float, j: int) -> tuple[float,
 
 
 @kernel
-def _add_forces(fingertip: Fingertip, at: Nearest, lever: Lever, k: int, work: ContactWork) -> None:
+def _add_forces(
+    fingertip: Fingertip, at: Nearest, lever: Lever, k: int, workspace: ContactWorkspace
+) -> None:
     """Add contact `k`'s forces to the wrench and its differentials; note how its slip drifts."""
-    row, twist_row = work.row, work.twist_row
-    normal, friction = work.normal_force[k], work.friction_force[k]
+    row, twist_row = workspace.row, workspace.twist_row
+    normal, friction = workspace.normal_force[k], workspace.friction_force[k]
     lx, lz, ex, ez = lever.lx, lever.lz, lever.ex, lever.ez
     tx, tz = -ez, ex
-    radius, omega = fingertip.radius, work.twist[2]
+    radius, omega = fingertip.radius, workspace.twist[2]
     fx, fz = normal * ex + friction * tx, normal * ez + friction * tz
-    rise = ex * (work.twist[0] - omega * lz) + ez * (work.twist[1] + omega * lx)
-    work.slip_drift[k] = 0.0
+    rise = ex * (workspace.twist[0] - omega * lz) + ez * (workspace.twist[1] + omega * lx)
+    workspace.slip_drift[k] = 0.0
     for j in range(3):
         psi = _swing(fingertip, at, lever, j)
         dfx = row[0, j] * ex + row[1, j] * tx + psi * (normal * tx - friction * ex)
         dfz = row[0, j] * ez + row[1, j] * tz + psi * (normal * tz - friction * ez)
         dlx, dlz = _lever_change(at, lever, psi, j)
-        work.by_pose[0, j] += dfx
-        work.by_pose[1, j] += dfz
-        work.by_pose[2, j] += dlx * fz - dlz * fx + lx * dfz - lz * dfx - radius * row[1, j]
+        workspace.by_pose[0, j] += dfx
+        workspace.by_pose[1, j] += dfz
+        workspace.by_pose[2, j] += dlx * fz - dlz * fx + lx * dfz - lz * dfx - radius * row[1, j]
         slip_rate = omega * (tz * dlx - tx * dlz) - psi * rise
-        work.slip_drift[k] += slip_rate * work.twist[j]
+        workspace.slip_drift[k] += slip_rate * workspace.twist[j]
         dfx = twist_row[0, j] * ex + twist_row[1, j] * tx
         dfz = twist_row[0, j] * ez + twist_row[1, j] * tz
-        work.by_twist[0, j] += dfx
-        work.by_twist[1, j] += dfz
-        work.by_twist[2, j] += lx * dfz - lz * dfx - radius * twist_row[1, j]
-    work.wrench[0] += fx
-    work.wrench[1] += fz
-    work.wrench[2] += lx * fz - lz * fx - radius * friction
-    work.gap[k] = at.gap
-    work.place[k, 0] = work.pose[0] + lx
-    work.place[k, 1] = work.pose[1] + lz
+        workspace.by_twist[0, j] += dfx
+        workspace.by_twist[1, j] += dfz
+        workspace.by_twist[2, j] += lx * dfz - lz * dfx - radius * twist_row[1, j]
+    workspace.wrench[0] += fx
+    workspace.wrench[1] += fz
+    workspace.wrench[2] += lx * fz - lz * fx - radius * friction
+    workspace.gap[k] = at.gap
+    workspace.place[k, 0] = workspace.pose[0] + lx
+    workspace.place[k, 1] = workspace.pose[1] + lz
 
 
 @kernel
-def _clear(work: ContactWork) -> None:
+def _clear(workspace: ContactWorkspace) -> None:
     """No contact forces."""
-    work.wrench[:] = 0.0
-    work.by_pose[:, :] = 0.0
-    work.by_twist[:, :] = 0.0
-    work.rigidity[:] = 0.0
-    for k in range(work.slip.size):
-        work.normal_force[k] = 0.0
-        work.friction_force[k] = 0.0
-        work.wanted.normal[k] = work.modes.normal[k]
-        work.wanted.friction[k] = work.modes.friction[k]
+    workspace.wrench[:] = 0.0
+    workspace.by_pose[:, :] = 0.0
+    workspace.by_twist[:, :] = 0.0
+    workspace.rigidity[:] = 0.0
+    for k in range(workspace.slip.size):
+        workspace.normal_force[k] = 0.0
+        workspace.friction_force[k] = 0.0
+        workspace.wanted.normal[k] = workspace.modes.normal[k]
+        workspace.wanted.friction[k] = workspace.modes.friction[k]
 
 
 @kernel
@@ -317,7 +319,7 @@ def evaluate_contacts(
     s: float,
     compliance: Array,
     fresh: bool,
-    work: ContactWork,
+    workspace: ContactWorkspace,
 ) -> bool:
     """Evaluate the forces of the present modes at a pose and twist, and their differentials.
 
@@ -339,18 +341,18 @@ def evaluate_contacts(
         Whether all stick forces have settled.
     """
     settled = True
-    _clear(work)
-    cos, sin = work.turn[0], work.turn[1]
-    vx, vz, omega = work.twist[0], work.twist[1], work.twist[2]
+    _clear(workspace)
+    cos, sin = workspace.turn[0], workspace.turn[1]
+    vx, vz, omega = workspace.twist[0], workspace.twist[1], workspace.twist[2]
     points = fingertip.points
-    for k in range(work.slip.size):
-        mode = work.modes.normal[k]
+    for k in range(workspace.slip.size):
+        mode = workspace.modes.normal[k]
         if mode == OPEN and not fingertip.capsule:
             lx = cos * points[k, 0] - sin * points[k, 1]
             lz = sin * points[k, 0] + cos * points[k, 1]
-            if is_outside(obstacle, work.pose[0] + lx, work.pose[1] + lz):
+            if is_outside(obstacle, workspace.pose[0] + lx, workspace.pose[1] + lz):
                 continue
-        at = nearest_point(fingertip, obstacle, work.pose[0], work.pose[1], cos, sin, k)
+        at = nearest_point(fingertip, obstacle, workspace.pose[0], workspace.pose[1], cos, sin, k)
         if at.gap > 0.0 and mode == OPEN:
             continue
         ex, ez = at.nx, at.nz
@@ -358,18 +360,18 @@ def evaluate_contacts(
             ex, ez = tip_normal(fingertip, cos, sin, k)
         approach = ex * (vx - omega * at.lz) + ez * (vz + omega * at.lx)
         push = -law.stiffness * at.gap - law.damping * approach
-        work.wanted.normal[k] = normal_mode(law, mode, at.gap, push, approach)
+        workspace.wanted.normal[k] = normal_mode(law, mode, at.gap, push, approach)
         if mode == OPEN:
             slip = ex * (vz + omega * at.lx) - ez * (vx - omega * at.lz) - fingertip.radius * omega
-            work.wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
+            workspace.wanted.friction[k] = SLIP_RIGHT if slip > 0.0 else SLIP_LEFT
             continue
-        _push(law, at, ex, ez, approach, k, work)
+        _push(law, at, ex, ez, approach, k, workspace)
         lever = _lever(at, ex, ez)
         arm = ex * lever.lx + ez * lever.lz - fingertip.radius  # slip per rotation
-        work.slip_row[k, 0] = -ez
-        work.slip_row[k, 1] = ex
-        work.slip_row[k, 2] = arm
-        work.slip[k] = ex * vz - ez * vx + arm * omega
-        settled &= _rub(law, s, compliance, k, fresh, work)
-        _add_forces(fingertip, at, lever, k, work)
+        workspace.slip_row[k, 0] = -ez
+        workspace.slip_row[k, 1] = ex
+        workspace.slip_row[k, 2] = arm
+        workspace.slip[k] = ex * vz - ez * vx + arm * omega
+        settled &= _rub(law, s, compliance, k, fresh, workspace)
+        _add_forces(fingertip, at, lever, k, workspace)
     return settled

@@ -27,7 +27,7 @@ from hma_gripper_sim.kernels.contact_law import (
 )
 from hma_gripper_sim.kernels.contact_wrench import hold_along
 from hma_gripper_sim.kernels.kinematics import place_tip
-from hma_gripper_sim.kernels.radau import RadauWork, free_response, increments
+from hma_gripper_sim.kernels.radau import RadauWorkspace, free_response, increments
 from hma_gripper_sim.kernels.radau_chain import imbalances
 from hma_gripper_sim.kernels.radau_contact import StageContacts, build_matrix, solve_dense
 from hma_gripper_sim.kernels.radau_method import EMBEDDED, GAMMA, INVERSE, NODES
@@ -43,7 +43,7 @@ FIRMER = 1e3  # by which a stick is held harder than where only its force is ask
 OWN = 0.2  # share of the embedded estimate, of order 3, that stands for the error of a step
 
 
-class ErrorWork(NamedTuple):
+class ErrorWorkspace(NamedTuple):
     """The propagated error and buffers."""
 
     angle: Array  # error of the joint angles [rad], shape (n,)
@@ -60,10 +60,10 @@ class ErrorWork(NamedTuple):
     square: Array  # integrals of the squared errors: load [N^2 s], angle [rad^2 s]; shape (2,)
 
 
-def error_work(n: int, candidates: int) -> ErrorWork:
+def error_workspace(n: int, candidates: int) -> ErrorWorkspace:
     """Allocate the buffers for a chain of `n` joints and its contacts; no error."""
     angle, rate = np.zeros((2, n))
-    return ErrorWork(
+    return ErrorWorkspace(
         angle,
         rate,
         np.zeros((3, n)),
@@ -79,7 +79,7 @@ def error_work(n: int, candidates: int) -> ErrorWork:
     )
 
 
-def clear_error(error: ErrorWork, tolerance: float) -> None:
+def clear_error(error: ErrorWorkspace, tolerance: float) -> None:
     """Begin a run, of which `tolerance` is asked, without an error."""
     for part in (error.angle, error.rate, error.swing, error.square):
         part[:] = 0.0
@@ -88,22 +88,31 @@ def clear_error(error: ErrorWork, tolerance: float) -> None:
 
 @kernel
 def _displace(
-    model: Model, work: RadauWork, share: float, h: float, row: int, error: ErrorWork
+    model: Model, workspace: RadauWorkspace, share: float, h: float, row: int, error: ErrorWorkspace
 ) -> None:
     """Joint moments, pose and twist of the tip at the step's end, displaced along the error.
 
     By a `share` of it, and by what its rates add to the angles in the time `h`.
     """
-    stages = work.stages
+    stages = workspace.stages
     for j in range(error.angle.size):
         error.moved[0, j] = stages.q[2, j] + share * error.angle[j] + h * error.rate[j]
         error.moved[1, j] = stages.v[2, j] + share * error.rate[j]
-    q, v, wrench = error.moved[0], error.moved[1], work.contacts.wrench[2]
-    place(model.chain, work.base, model.gravity, q, v, stages.a[2], work.chain, work.tip)
-    imbalances(model.chain, q, v, wrench, work.chain, error.moment[row])
+    q, v, wrench = error.moved[0], error.moved[1], workspace.contacts.wrench[2]
+    place(
+        model.chain,
+        workspace.base,
+        model.gravity,
+        q,
+        v,
+        stages.a[2],
+        workspace.chain,
+        workspace.tip,
+    )
+    imbalances(model.chain, q, v, wrench, workspace.chain, error.moment[row])
     for j in range(3):
-        error.pose[2 * row, j] = work.tip.pose[j]
-        error.pose[2 * row + 1, j] = work.tip.twist[j]
+        error.pose[2 * row, j] = workspace.tip.pose[j]
+        error.pose[2 * row + 1, j] = workspace.tip.twist[j]
 
 
 @kernel
@@ -113,14 +122,14 @@ def propagate_error(
     before: float,
     scale: float,
     modes: ContactModes,
-    work: RadauWork,
-    error: ErrorWork,
+    workspace: RadauWorkspace,
+    error: ErrorWorkspace,
 ) -> None:
-    """Carry the error of the state over the step in `work`, and add the step's own.
+    """Carry the error of the state over the step in `workspace`, and add the step's own.
 
     `before` is the load on the base at its start, `scale` the largest so far [N].
     """
-    n, contacts, h = error.angle.size, work.contacts, stretch.h
+    n, contacts, h = error.angle.size, workspace.contacts, stretch.h
     size = 0.0
     for j in range(n):
         size = max(size, abs(error.angle[j]), h * abs(error.rate[j]))
@@ -129,11 +138,11 @@ def propagate_error(
         for j in range(n):
             error.increment[i, j] = 0.0
     if size > 0.0:
-        base_in_step(stretch, 1.0, work.base)
+        base_in_step(stretch, 1.0, workspace.base)
         small = DIFFERENCE / size
-        _displace(model, work, 0.0, 0.0, 2, error)
-        _displace(model, work, small, 0.0, 0, error)
-        _displace(model, work, 0.0, small * h, 1, error)
+        _displace(model, workspace, 0.0, 0.0, 2, error)
+        _displace(model, workspace, small, 0.0, 0, error)
+        _displace(model, workspace, 0.0, small * h, 1, error)
         for row in range(2):
             for j in range(n):
                 error.moment[row, j] = (error.moment[row, j] - error.moment[2, j]) / small
@@ -142,22 +151,26 @@ def propagate_error(
                 error.pose[2 * row + 1, j] = (error.pose[2 * row + 1, j] - error.pose[5, j]) / small
         for i in range(3):
             for j in range(n):
-                work.stages.imbalance[i, j] = error.moment[0, j] + NODES[i] * error.moment[1, j]
-        free_response(model.chain, work.tangent, work.stages.imbalance, error.load, contacts.free)
+                workspace.stages.imbalance[i, j] = (
+                    error.moment[0, j] + NODES[i] * error.moment[1, j]
+                )
+        free_response(
+            model.chain, workspace.tangent, workspace.stages.imbalance, error.load, contacts.free
+        )
         touching = False
         for k in range(modes.normal.size):
             touching |= modes.normal[k] != OPEN
         _hold_sticks(model.law, h, modes, contacts)
-        _contact_response(h, touching, work, error)
-        increments(model.chain, work.tangent, contacts.change, error.increment, error.load)
+        _contact_response(h, touching, workspace, error)
+        increments(model.chain, workspace.tangent, contacts.change, error.increment, error.load)
     for j in range(n):
         z0, z1, z2 = error.increment[0, j], error.increment[1, j], error.increment[2, j]
         error.angle[j] += h * error.rate[j] + z2
         error.rate[j] += (INVERSE[2, 0] * z0 + INVERSE[2, 1] * z1 + INVERSE[2, 2] * z2) / h
-    largest = _saturate(h, before, scale, work, error)
+    largest = _saturate(h, before, scale, workspace, error)
     error.square[0] += h * error.load[2] ** 2
     error.square[1] += h * largest**2
-    z = work.stages.z
+    z = workspace.stages.z
     for j in range(n):
         own = EMBEDDED[0] * z[0, j] + EMBEDDED[1] * z[1, j] + EMBEDDED[2] * z[2, j]
         own *= OWN / GAMMA
@@ -166,14 +179,16 @@ def propagate_error(
 
 
 @kernel
-def _saturate(h: float, before: float, scale: float, work: RadauWork, error: ErrorWork) -> float:
+def _saturate(
+    h: float, before: float, scale: float, workspace: RadauWorkspace, error: ErrorWorkspace
+) -> float:
     """Bound the error by what moves, beyond its floor; return that of the angles.
 
     Small errors grow by a factor in each of many small impacts that follow each other, but two
     motions that differ in these differ by no more than what each of them moves.  `before` is the
     load on the base at the step's start [N].
     """
-    stages, swing = work.stages, error.swing
+    stages, swing = workspace.stages, error.swing
     turn, moved, largest = 0.0, 0.0, 0.0
     for j in range(error.angle.size):
         turn += error.angle[j]
@@ -196,9 +211,11 @@ def _saturate(h: float, before: float, scale: float, work: RadauWork, error: Err
 
 
 @kernel
-def _contact_response(h: float, touching: bool, work: RadauWork, error: ErrorWork) -> None:
+def _contact_response(
+    h: float, touching: bool, workspace: RadauWorkspace, error: ErrorWorkspace
+) -> None:
     """Change of the contact wrenches at all stages by the error, into ``contacts.change``."""
-    contacts = work.contacts
+    contacts = workspace.contacts
     for i in range(3):
         for j in range(3):
             contacts.change[i, j] = 0.0
@@ -258,14 +275,14 @@ def delay_touches(
     acceleration: Array,
     modes: ContactModes,
     since: float,
-    work: RadauWork,
-    error: ErrorWork,
+    workspace: RadauWorkspace,
+    error: ErrorWorkspace,
 ) -> None:
     """Add to the error what a touch does at another time, where it makes accelerations jump.
 
     `since` is the time since the event before [s]: a longer delay would merge the two, and what
-    bounces differ by is bounded.  ``error.modes`` are the modes before; ``work.base`` and
-    ``work.tip`` belong to the state.
+    bounces differ by is bounded.  ``error.modes`` are the modes before; ``workspace.base`` and
+    ``workspace.tip`` belong to the state.
     """
     touched = -1
     for k in range(modes.normal.size):
@@ -276,7 +293,7 @@ def delay_touches(
         size = max(size, abs(error.angle[j]))
     if touched < 0 or size == 0.0:
         return
-    twist = work.tip.twist
+    twist = workspace.tip.twist
     speed = max(abs(twist[0]), abs(twist[1]), abs(twist[2]))
     small, short = DIFFERENCE / size, DIFFERENCE / max(speed, DIFFERENCE)
     for j in range(v.size):
@@ -284,7 +301,7 @@ def delay_touches(
         error.before[j] = acceleration[j]
     for row in range(2):
         q = state_q if row == 0 else error.moved[0]
-        x, z, angle = place_tip(model.chain, -work.base[0], q)
+        x, z, angle = place_tip(model.chain, -workspace.base[0], q)
         error.pose[row, 0], error.pose[row, 1], error.pose[row, 2] = x, z, angle
     for j in range(3):
         error.pose[2, j] = error.pose[0, j] + short * twist[j]
@@ -296,16 +313,16 @@ def delay_touches(
         return
     if not solve_accelerations(
         model,
-        work.base,
+        workspace.base,
         state_q,
         v,
         error.modes,
         error.before,
-        work.chain,
-        work.tip,
-        work.tangent.real,
-        work.tangent.real_side,
-        work.contacts.work,
+        workspace.chain,
+        workspace.tip,
+        workspace.tangent.real,
+        workspace.tangent.real_side,
+        workspace.contacts.stage,
     ):
         return
     delay = (away - gap) / small * short / (gap - later)

@@ -53,7 +53,7 @@ class Passage(NamedTuple):
     v1: Array
 
 
-class PassageWork(NamedTuple):
+class PassageWorkspace(NamedTuple):
     """Scratch of the search."""
 
     q: Array  # shape (n,)
@@ -63,7 +63,7 @@ class PassageWork(NamedTuple):
     floor: Array  # gap of each candidate from which on it counts as touching [m], shape (k,)
 
 
-def passage_work(n: int, points: int, candidates: int) -> PassageWork:
+def passage_workspace(n: int, points: int, candidates: int) -> PassageWorkspace:
     """Allocate the scratch for `n` joints, points of the tip and contact candidates."""
     start, end = (
         Placed(
@@ -74,7 +74,7 @@ def passage_work(n: int, points: int, candidates: int) -> PassageWork:
         )
         for _ in range(2)
     )
-    return PassageWork(np.zeros(n), np.zeros(3), start, end, np.zeros(candidates))
+    return PassageWorkspace(np.zeros(n), np.zeros(3), start, end, np.zeros(candidates))
 
 
 @kernel
@@ -186,15 +186,17 @@ def _longest_way(start: Placed, end: Placed) -> float:
 
 
 @kernel
-def _is_clear(fingertip: Fingertip, work: PassageWork, k: int, low: float, way: float) -> bool:
+def _is_clear(
+    fingertip: Fingertip, workspace: PassageWorkspace, k: int, low: float, way: float
+) -> bool:
     """Whether candidate `k` is proven to stay higher than `low` [m] between start and end.
 
     On straight lines, no point of the tip going further than `way` [m].
     """
-    near, far = work.start.gap[k], work.end.gap[k]
-    if near >= low and _clearance(fingertip, work.end, work.start, k) >= low:
+    near, far = workspace.start.gap[k], workspace.end.gap[k]
+    if near >= low and _clearance(fingertip, workspace.end, workspace.start, k) >= low:
         return True
-    if far >= low and _clearance(fingertip, work.start, work.end, k) >= low:
+    if far >= low and _clearance(fingertip, workspace.start, workspace.end, k) >= low:
         return True
     return bool(0.5 * (near + far - way) >= low)
 
@@ -208,7 +210,7 @@ def first_hidden_touch(
     inside: ContactModes,
     after: ContactModes,
     depth: float,
-    work: PassageWork,
+    workspace: PassageWorkspace,
 ) -> float:
     """When in a step an open contact first is deeper than `depth`.
 
@@ -230,28 +232,30 @@ def first_hidden_touch(
     bound = tip_acceleration(model.chain, fingertip, h, passage)
     bound += acceleration_bound(stretch)
     a, d = 0.0, h
-    base_in_step(stretch, 0.0, work.base)
-    _place(model, work.base[0], passage.q0, work.start)
-    base_in_step(stretch, 1.0, work.base)
-    _place(model, work.base[0], passage.q1, work.end)
-    for k in range(work.floor.size):
-        work.floor[k] = min(0.0, work.start.gap[k], work.end.gap[k]) - depth
+    base_in_step(stretch, 0.0, workspace.base)
+    _place(model, workspace.base[0], passage.q0, workspace.start)
+    base_in_step(stretch, 1.0, workspace.base)
+    _place(model, workspace.base[0], passage.q1, workspace.end)
+    for k in range(workspace.floor.size):
+        workspace.floor[k] = min(0.0, workspace.start.gap[k], workspace.end.gap[k]) - depth
     while a < h:
         b = a + d if a + 1.01 * d < h else h
-        _interpolate(passage, h, b / h, work.q)
-        base_motion(stretch.motion, stretch.segment, stretch.t + b, work.base)
-        _place(model, work.base[0], work.q, work.end)
+        _interpolate(passage, h, b / h, workspace.q)
+        base_motion(stretch.motion, stretch.segment, stretch.t + b, workspace.base)
+        _place(model, workspace.base[0], workspace.q, workspace.end)
         sag = 0.125 * bound * (b - a) * (b - a)
-        way = _longest_way(work.start, work.end)
+        way = _longest_way(workspace.start, workspace.end)
         clear, touched = True, False
-        for k in range(work.floor.size):
-            low = work.floor[k] + sag
-            if _is_open(before, inside, after, k) and not _is_clear(fingertip, work, k, low, way):
+        for k in range(workspace.floor.size):
+            low = workspace.floor[k] + sag
+            if _is_open(before, inside, after, k) and not _is_clear(
+                fingertip, workspace, k, low, way
+            ):
                 clear = False
-                touched |= work.end.gap[k] < work.floor[k]
+                touched |= workspace.end.gap[k] < workspace.floor[k]
         if clear or b - a < SHORTEST:
             a, d = b, 2.0 * (b - a)
-            _copy(work.end, work.start)
+            _copy(workspace.end, workspace.start)
         elif touched and b - a < CLOSE * b:
             return a
         else:

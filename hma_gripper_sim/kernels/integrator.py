@@ -23,15 +23,15 @@ from hma_gripper_sim.kernels.contact_law import (
     copy_modes,
     measure_gaps,
 )
-from hma_gripper_sim.kernels.contact_wrench import ContactWork
+from hma_gripper_sim.kernels.contact_wrench import ContactWorkspace
 from hma_gripper_sim.kernels.hidden_events import (
     Passage,
-    PassageWork,
+    PassageWorkspace,
     first_dip,
     first_hidden_touch,
-    passage_work,
+    passage_workspace,
 )
-from hma_gripper_sim.kernels.stage import Model, Work, solve_stage
+from hma_gripper_sim.kernels.stage import Model, Workspace, solve_stage
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class HalfState(NamedTuple):
     counts: NDArray[np.int64]  # steps, rejected, Newton iterations; shape (3,)
 
 
-class StepWork(NamedTuple):
+class TickWorkspace(NamedTuple):
     """Stage vectors."""
 
     q0: Array
@@ -92,13 +92,13 @@ class StepWork(NamedTuple):
     twist: Array  # of the tip at the end [m/s, m/s, rad/s], shape (3,)
     modes: ContactModes  # at the inner stage
     margin: Array  # at both stages, shape (2, k, 2)
-    passage: PassageWork
+    passage: PassageWorkspace
 
 
-def step_work(n: int, points: int, candidates: int) -> StepWork:
+def tick_workspace(n: int, points: int, candidates: int) -> TickWorkspace:
     """Allocate the stage vectors for `n` joints, points of the tip and contact candidates."""
     q0, v0, q, v, a, v1, a1 = np.zeros((7, n))
-    return StepWork(
+    return TickWorkspace(
         q0,
         v0,
         q,
@@ -111,7 +111,7 @@ def step_work(n: int, points: int, candidates: int) -> StepWork:
         np.zeros(3),
         contact_modes(candidates),
         np.zeros((2, candidates, 2)),
-        passage_work(n, points, candidates),
+        passage_workspace(n, points, candidates),
     )
 
 
@@ -122,7 +122,7 @@ def restart_step(velocity: float) -> float:
 
 
 @kernel
-def _margins(law: ContactLaw, contact: ContactWork, margin: Array) -> None:
+def _margins(law: ContactLaw, contact: ContactWorkspace, margin: Array) -> None:
     """How far closed contacts are from opening [N] and from a change of friction, into (k, 2).
 
     A sticking contact starts to slide when the friction limit is used up [N], a sliding one
@@ -144,10 +144,12 @@ def _same_modes(a: ContactModes, b: ContactModes, k: int) -> bool:
 
 
 @kernel
-def time_to_event(h: float, state: HalfState, work: Work, scratch: StepWork) -> float:
+def time_to_event(
+    h: float, state: HalfState, workspace: Workspace, scratch: TickWorkspace
+) -> float:
     """Time from `state` to the first change of contact modes in the trial step [s], or inf."""
     first = np.inf
-    before, after = state.modes, work.contact.modes
+    before, after = state.modes, workspace.contact.modes
     for k in range(before.normal.size):
         was_open, is_open = before.normal[k] == OPEN, after.normal[k] == OPEN
         if was_open != is_open:
@@ -165,10 +167,10 @@ def time_to_event(h: float, state: HalfState, work: Work, scratch: StepWork) -> 
 
 
 @kernel
-def stage_power(model: Model, s: float, v: Array, work: Work, power: Array) -> None:
+def stage_power(model: Model, s: float, v: Array, workspace: Workspace, power: Array) -> None:
     """Rates of `HalfState.work` at the end of a stage [W], into `power`, shape (4,)."""
-    contact, tip = work.contact, work.tip
-    power[0] = -work.tip.root_force[0] * work.base[1]
+    contact, tip = workspace.contact, workspace.tip
+    power[0] = -workspace.tip.root_force[0] * workspace.base[1]
     power[1] = 0.0
     for i in range(v.size):
         power[1] += model.chain.damping[i] * v[i] * v[i]
@@ -186,8 +188,8 @@ def integrate(
     motion: Motion,
     tolerance: float,
     state: HalfState,
-    work: Work,
-    scratch: StepWork,
+    workspace: Workspace,
+    scratch: TickWorkspace,
 ) -> int:
     """Step `state` to the end of `motion`.
 
@@ -208,8 +210,8 @@ def integrate(
         stop = motion.time[jump]
         fresh = motion.jump[segment] and t == motion.time[segment]
         if fresh:
-            base_motion(motion, segment, t, work.base)
-            state.next_step[0] = min(state.next_step[0], restart_step(work.base[1]))
+            base_motion(motion, segment, t, workspace.base)
+            state.next_step[0] = min(state.next_step[0], restart_step(workspace.base[1]))
         h = min(state.next_step[0], stop - t)
         if stop - t - h < 0.1 * h:
             h = stop - t
@@ -218,9 +220,9 @@ def integrate(
             if h < SMALLEST_STEP and h < stop - t:
                 return STUCK
             stretch = Stretch(motion, segment, t, h)
-            error = _try_step(model, stretch, tolerance, fresh, state, work, scratch)
+            error = _try_step(model, stretch, tolerance, fresh, state, workspace, scratch)
             if error <= 1.0:
-                event = _hidden_event(model, stretch, tolerance, fresh, state, work, scratch)
+                event = _hidden_event(model, stretch, tolerance, fresh, state, workspace, scratch)
                 if event >= h:
                     break
                 state.counts[1] += 1
@@ -228,7 +230,7 @@ def integrate(
                 continue
             state.counts[1] += 1
             shorter = h * (max(SHRINK, SAFETY / np.sqrt(error)) if np.isfinite(error) else SHRINK)
-            event = time_to_event(h, state, work, scratch)
+            event = time_to_event(h, state, workspace, scratch)
             if event < FLEETING < h:
                 h, landed = FLEETING, False
             elif not landed and 0.1 * shorter < LANDING * event < h:
@@ -241,10 +243,10 @@ def integrate(
         state.time[0] = stop if h == stop - t else t + h
         growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
         if landed:
-            state.next_step[0] = min(h * growth, restart_step(work.base[1]))
+            state.next_step[0] = min(h * growth, restart_step(workspace.base[1]))
         elif h * growth > state.next_step[0] or h < stop - t:
             state.next_step[0] = h * growth
-        _accept(model, h, state, work, scratch)
+        _accept(model, h, state, workspace, scratch)
     return DONE
 
 
@@ -255,11 +257,11 @@ def _hidden_event(
     tolerance: float,
     fresh: bool,
     state: HalfState,
-    work: Work,
-    scratch: StepWork,
+    workspace: Workspace,
+    scratch: TickWorkspace,
 ) -> float:
     """Time into the trial step of the first event that neither stage shows [s], or infinity."""
-    before, inside, after = state.modes, scratch.modes, work.contact.modes
+    before, inside, after = state.modes, scratch.modes, workspace.contact.modes
     h = stretch.h
     first = first_hidden_touch(
         model,
@@ -293,17 +295,19 @@ def crowding(state: HalfState, h: float) -> float:
 
 
 @kernel
-def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepWork) -> None:
+def _accept(
+    model: Model, h: float, state: HalfState, workspace: Workspace, scratch: TickWorkspace
+) -> None:
     """Take over the result of a trial step of length `h` as the state."""
     for i in range(state.q.size):
         state.q[i] = scratch.q[i]
         state.v[i] = scratch.v[i]
         state.a[i] = scratch.a[i]
     for j in range(3):
-        state.wrench[j] = work.tip.wrench[j]
+        state.wrench[j] = workspace.tip.wrench[j]
         # Of the tip, after the last Newton step.
-        scratch.twist[j] = work.tip.twist[j] + work.contact.increment[j] / (GAMMA * h)
-    copy_modes(work.contact.modes, state.modes)
+        scratch.twist[j] = workspace.tip.twist[j] + workspace.contact.increment[j] / (GAMMA * h)
+    copy_modes(workspace.contact.modes, state.modes)
     for k in range(state.modes.normal.size):
         for event in range(2):
             inner, outer = scratch.margin[0, k, event], scratch.margin[1, k, event]
@@ -313,7 +317,7 @@ def _accept(model: Model, h: float, state: HalfState, work: Work, scratch: StepW
     measure_gaps(
         model.fingertip,
         model.obstacle,
-        work.contact.pose,
+        workspace.contact.pose,
         scratch.twist,
         state.modes,
         state.margin,
@@ -335,8 +339,8 @@ def _try_step(
     tolerance: float,
     fresh: bool,
     state: HalfState,
-    work: Work,
-    scratch: StepWork,
+    workspace: Workspace,
+    scratch: TickWorkspace,
 ) -> float:
     """Take one trial step; return its error relative to the tolerance."""
     n, h = state.q.size, stretch.h
@@ -344,8 +348,8 @@ def _try_step(
     tolerance = min(tolerance, COARSEST)
     accuracy = 0.01 * tolerance * ANGLE
     for j in range(3):
-        work.tip.wrench[j] = state.wrench[j]
-    copy_modes(state.modes, work.contact.modes)
+        workspace.tip.wrench[j] = state.wrench[j]
+    copy_modes(state.modes, workspace.contact.modes)
     for stage in range(2):
         if stage == 0:
             v, a = scratch.v1, scratch.a1
@@ -353,22 +357,24 @@ def _try_step(
                 scratch.q0[i] = state.q[i]
                 scratch.v0[i] = state.v[i]
                 scratch.q[i] = state.q[i] + GAMMA * h * state.v[i]
-            base_in_step(stretch, GAMMA, work.base)
+            base_in_step(stretch, GAMMA, workspace.base)
         else:
             v, a = scratch.v, scratch.a
-            copy_modes(work.contact.modes, scratch.modes)
+            copy_modes(workspace.contact.modes, scratch.modes)
             for i in range(n):
                 scratch.q0[i] = state.q[i] + (1.0 - GAMMA) * h * scratch.v1[i]
                 scratch.v0[i] = state.v[i] + (1.0 - GAMMA) * h * scratch.a1[i]
                 scratch.q[i] = scratch.q0[i] + GAMMA * h * scratch.v1[i]
-            base_in_step(stretch, 1.0, work.base)
-        iterations = solve_stage(model, s, accuracy, scratch.q0, scratch.v0, scratch.q, v, a, work)
+            base_in_step(stretch, 1.0, workspace.base)
+        iterations = solve_stage(
+            model, s, accuracy, scratch.q0, scratch.v0, scratch.q, v, a, workspace
+        )
         if iterations == 0:
             return np.inf
         state.counts[2] += iterations
-        scratch.load[stage] = work.tip.root_force[0]
-        stage_power(model, s, v, work, scratch.power[stage])
-        _margins(model.law, work.contact, scratch.margin[stage])
+        scratch.load[stage] = workspace.tip.root_force[0]
+        stage_power(model, s, v, workspace, scratch.power[stage])
+        _margins(model.law, workspace.contact, scratch.margin[stage])
     # The velocity must neither change much within the step nor have jumped before it.
     inner, outer, angle = 0.0, 0.0, 0.0
     for i in range(n):
@@ -380,7 +386,7 @@ def _try_step(
     error = angle / (ANGLE * tolerance * min(1.0, scale / model.bending))
     if not fresh and h > FLEETING:  # the force before a jump says nothing about this step
         defect = abs(inner_load - state.load[0] - GAMMA * (outer_load - state.load[0]))
-        defect = max(0.0, defect - NOISE * work.contact.noise[0])
+        defect = max(0.0, defect - NOISE * workspace.contact.noise[0])
         weight = np.sqrt(h * crowding(state, h) / MEMORY)
         error = max(error, defect / (FORCE * tolerance * scale) * min(1.0, weight))
     return float(error)

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from hma_gripper_sim.kernels.base_motion import Stretch, base_in_step
 from hma_gripper_sim.kernels.chain import (
     Chain,
-    ChainWork,
+    ChainWorkspace,
     TipResponse,
-    chain_work,
+    chain_workspace,
     place,
     tip_response,
 )
@@ -86,20 +86,20 @@ class Stages(NamedTuple):
 class Tangent(NamedTuple):
     """The linearised chain, for the method's real eigenvalue and for a complex one."""
 
-    chain: ChainWork  # where it is linearised
+    chain: ChainWorkspace  # where it is linearised
     real: Factor
     pair: Factor
     real_side: Solution
     pair_side: Solution
 
 
-class RadauWork(NamedTuple):
+class RadauWorkspace(NamedTuple):
     """Buffers and results of a step."""
 
     stages: Stages
     tangent: Tangent
     contacts: StageContacts
-    chain: ChainWork  # of the stage at hand
+    chain: ChainWorkspace  # of the stage at hand
     tip: TipResponse
     base: Array  # height, velocity, acceleration of the base, shape (3,)
     q: Array  # scratch: a state beside the stages, shape (n,)
@@ -108,21 +108,21 @@ class RadauWork(NamedTuple):
     power: Array  # scratch: rates of `HalfState.work` [W], shape (4,)
 
 
-def radau_work(model: Model) -> RadauWork:
+def radau_workspace(model: Model) -> RadauWorkspace:
     """Allocate the buffers for a model."""
     n = model.chain.rest.size
     z, q, v, a, imbalance = np.zeros((5, 3, n))
-    return RadauWork(
+    return RadauWorkspace(
         Stages(z, q, v, a, np.zeros(3), imbalance),
         Tangent(
-            chain_work(n),
+            chain_workspace(n),
             factor(n, np.float64),
             factor(n, np.complex128),
             solution(n, np.float64),
             solution(n, np.complex128),
         ),
         stage_contacts(model.fingertip),
-        chain_work(n),
+        chain_workspace(n),
         tip_response(),
         np.zeros(3),
         np.zeros(n),
@@ -352,7 +352,7 @@ def radau_step(
     q0: Array,
     v0: Array,
     modes: ContactModes,
-    work: RadauWork,
+    workspace: RadauWorkspace,
 ) -> int:
     """Take one step from the state (`q0`, `v0`).
 
@@ -372,9 +372,9 @@ def radau_step(
     int
         Number of Newton iterations, or 0 when there was no convergence.
     """
-    chain, stages, contacts, tip = model.chain, work.stages, work.contacts, work.tip
+    chain, stages, contacts, tip = model.chain, workspace.stages, workspace.contacts, workspace.tip
     h = stretch.h
-    copy_modes(modes, contacts.work.modes)
+    copy_modes(modes, contacts.stage.modes)
     touching, stuck = False, 0
     for k in range(modes.normal.size):
         stuck += modes.normal[k] != OPEN and modes.friction[k] == STICK
@@ -390,13 +390,13 @@ def radau_step(
         for i in range(3):
             if iteration == 0 and i != 1:
                 continue
-            base_in_step(stretch, NODES[i], work.base)
+            base_in_step(stretch, NODES[i], workspace.base)
             q, v, wrench = stages.q[i], stages.v[i], contacts.wrench[i]
-            place(chain, work.base, model.gravity, q, v, stages.a[i], work.chain, tip)
+            place(chain, workspace.base, model.gravity, q, v, stages.a[i], workspace.chain, tip)
             if iteration == 0:
-                copy_chain(work.chain, work.tangent.chain)
+                copy_chain(workspace.chain, workspace.tangent.chain)
                 continue
-            stages.load[i] = imbalances(chain, q, v, wrench, work.chain, stages.imbalance[i])
+            stages.load[i] = imbalances(chain, q, v, wrench, workspace.chain, stages.imbalance[i])
             contacts.turn[i, 0] = tip.turn[0]
             contacts.turn[i, 1] = tip.turn[1]
             for j in range(3):
@@ -406,11 +406,11 @@ def radau_step(
             wrench = contacts.wrench[1]
             softer = 1.0 if stuck > 1 else SOFT_HOLD
             if not _factorise(
-                chain, h, wrench, softer, work.tangent, contacts.hold, contacts.compliance
+                chain, h, wrench, softer, workspace.tangent, contacts.hold, contacts.compliance
             ):
                 return 0
             continue
-        free_response(chain, work.tangent, stages.imbalance, stages.load, contacts.free)
+        free_response(chain, workspace.tangent, stages.imbalance, stages.load, contacts.free)
         if touching:
             if not solve_stage_contacts(
                 model.fingertip,
@@ -429,7 +429,7 @@ def radau_step(
                 contacts.compliance,
                 contacts.increment,
             )
-        turn = increments(chain, work.tangent, contacts.change, stages.z, stages.load)
+        turn = increments(chain, workspace.tangent, contacts.change, stages.z, stages.load)
         if not turn < MAX_TURN:
             return 0
         force = 0.0

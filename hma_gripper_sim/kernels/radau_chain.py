@@ -25,11 +25,11 @@ from hma_gripper_sim.kernels.articulated_body import (
     hinge_row,
     mirror_upper_half,
     no_rigidity,
-    sliding_moments,
-    sliding_row,
+    shortening_moments,
+    shortening_row,
     unit_wrenches,
 )
-from hma_gripper_sim.kernels.chain import Chain, ChainWork
+from hma_gripper_sim.kernels.chain import Chain, ChainWorkspace
 from hma_gripper_sim.kernels.compiled import kernel
 
 Array = NDArray[np.float64]
@@ -79,12 +79,12 @@ def solution(n: int, dtype: type) -> Solution:
 
 
 @kernel
-def copy_chain(source: ChainWork, target: ChainWork) -> None:
+def copy_chain(source: ChainWorkspace, target: ChainWorkspace) -> None:
     """Copy where the bodies are and what loads them."""
     for i in range(source.arm.shape[0]):
         for j in range(2):
-            target.step[i, j] = source.step[i, j]
-            target.slide[i, j] = source.slide[i, j]
+            target.link[i, j] = source.link[i, j]
+            target.shortening[i, j] = source.shortening[i, j]
             target.swerve[i, j] = source.swerve[i, j]
             target.arm[i, j] = source.arm[i, j]
         for j in range(3):
@@ -93,26 +93,26 @@ def copy_chain(source: ChainWork, target: ChainWork) -> None:
 
 @kernel
 def imbalances(
-    chain: Chain, q: Array, v: Array, wrench: Array, work: ChainWork, imbalance: Array
+    chain: Chain, q: Array, v: Array, wrench: Array, workspace: ChainWorkspace, imbalance: Array
 ) -> float:
     """Inward sweep: joint moments that are not balanced, into `imbalance`, shape (n,).
 
-    `work` holds the chain as `kernels.chain.place` left it, `wrench` acts on the tip.  Returns
+    `workspace` holds the chain as `kernels.chain.place` left it, `wrench` acts on the tip.  Returns
     the vertical load on the base.
     """
     n = q.size
     fx, fz, m = wrench[0], wrench[1], wrench[2]
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            m += work.step[i, 0] * fz - work.step[i, 1] * fx
-        cx, cz = work.arm[i, 0], work.arm[i, 1]
-        gx, gz = work.load[i, 0], work.load[i, 1]
+            m += workspace.link[i, 0] * fz - workspace.link[i, 1] * fx
+        cx, cz = workspace.arm[i, 0], workspace.arm[i, 1]
+        gx, gz = workspace.load[i, 0], workspace.load[i, 1]
         fx += gx
         fz += gz
-        m += cx * gz - cz * gx + work.load[i, 2]
+        m += cx * gz - cz * gx + workspace.load[i, 2]
         lack = m - chain.stiffness[i] * q[i] - chain.damping[i] * v[i]
         if chain.straightening[i] > 0.0:
-            lack += work.slide[i, 0] * fx + work.slide[i, 1] * fz
+            lack += workspace.shortening[i, 0] * fx + workspace.shortening[i, 1] * fz
         imbalance[i] = lack
     return float(fz)
 
@@ -124,7 +124,7 @@ def factorise(
     viscous: Any,
     elastic: float,
     wrench: Array,
-    work: ChainWork,
+    workspace: ChainWorkspace,
     out: Factor,
 ) -> bool:
     """Inward sweep: factorise ``inertial M + viscous D + elastic K``.
@@ -139,20 +139,20 @@ def factorise(
     out.compliance[:, :] = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            rx, rz = work.step[i, 0], work.step[i, 1]
+            rx, rz = workspace.link[i, 0], workspace.link[i, 1]
             k = carry_rigidity(k, rx, rz, fx, fz)
             u = carry_wrenches(u, rx, rz)
-        cx, cz = work.arm[i, 0], work.arm[i, 1]
-        gx, gz = elastic * work.load[i, 0], elastic * work.load[i, 1]
+        cx, cz = workspace.arm[i, 0], workspace.arm[i, 1]
+        gx, gz = elastic * workspace.load[i, 0], elastic * workspace.load[i, 1]
         fx += gx
         fz += gz
         k = add_body(k, chain.mass[i] * inertial, chain.inertia[i] * inertial, cx, cz, gx, gz)
         row = hinge_row(k)
         ax, az, at = hinge_moments(u)
         if chain.straightening[i] > 0.0:
-            sx, sz = work.slide[i, 0], work.slide[i, 1]
-            row = sliding_row(k, fx, fz, sx, sz, work.swerve[i, 0], work.swerve[i, 1])
-            ax, az, at = sliding_moments(u, sx, sz)
+            sx, sz = workspace.shortening[i, 0], workspace.shortening[i, 1]
+            row = shortening_row(k, fx, fz, sx, sz, workspace.swerve[i, 0], workspace.swerve[i, 1])
+            ax, az, at = shortening_moments(u, sx, sz)
         pivot = row.own + elastic * chain.stiffness[i] + chain.damping[i] * viscous
         if not abs(pivot) > 0.0:
             return False
@@ -172,10 +172,12 @@ def factorise(
 
 
 @kernel
-def reduce_moments(chain: Chain, work: ChainWork, tangent: Factor, right: Solution) -> None:
+def reduce_moments(
+    chain: Chain, workspace: ChainWorkspace, tangent: Factor, right: Solution
+) -> None:
     """Inward sweep: eliminate the joint moments of a right side.
 
-    `work` is that of `factorise`.  Leaves what the tip and the base do without a change of the
+    `workspace` is that of `factorise`.  Leaves what the tip and the base do without a change of the
     wrench in ``right.free`` and ``right.root``.
     """
     n = right.moment.size
@@ -184,10 +186,10 @@ def reduce_moments(chain: Chain, work: ChainWork, tangent: Factor, right: Soluti
     free_x = free_z = free_t = zero
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            m += work.step[i, 0] * fz - work.step[i, 1] * fx
+            m += workspace.link[i, 0] * fz - workspace.link[i, 1] * fx
         moment = right.moment[i] + m
         if chain.straightening[i] > 0.0:
-            moment += work.slide[i, 0] * fx + work.slide[i, 1] * fz
+            moment += workspace.shortening[i, 0] * fx + workspace.shortening[i, 1] * fz
         right.moment[i] = moment
         turn = moment * tangent.give[i]
         free_x += tangent.lever[i, 0] * turn
@@ -203,7 +205,9 @@ def reduce_moments(chain: Chain, work: ChainWork, tangent: Factor, right: Soluti
 
 
 @kernel
-def joint_increments(chain: Chain, work: ChainWork, tangent: Factor, right: Solution) -> None:
+def joint_increments(
+    chain: Chain, workspace: ChainWorkspace, tangent: Factor, right: Solution
+) -> None:
     """Outward sweep: increments of the joints under the moments and the change of the wrench."""
     n = right.moment.size
     zero = 0.0 * tangent.give[0]
@@ -223,7 +227,7 @@ def joint_increments(chain: Chain, work: ChainWork, tangent: Factor, right: Solu
         right.increment[i] = step
         turn += step
         if chain.straightening[i] > 0.0:
-            dx += work.slide[i, 0] * step
-            dz += work.slide[i, 1] * step
-        dx -= work.step[i, 1] * turn
-        dz += work.step[i, 0] * turn
+            dx += workspace.shortening[i, 0] * step
+            dz += workspace.shortening[i, 1] * step
+        dx -= workspace.link[i, 1] * turn
+        dz += workspace.link[i, 0] * turn

@@ -16,7 +16,11 @@ from hma_gripper_sim.kernels.chain import rotation
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import ROUNDING
 from hma_gripper_sim.kernels.contact_law import OPEN, ContactLaw, closing_margin
-from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work, evaluate_contacts
+from hma_gripper_sim.kernels.contact_wrench import (
+    ContactWorkspace,
+    contact_workspace,
+    evaluate_contacts,
+)
 from hma_gripper_sim.kernels.proximity import Obstacle
 from hma_gripper_sim.kernels.radau_method import GAMMA, INVERSE
 from hma_gripper_sim.kernels.touch import Fingertip
@@ -30,7 +34,7 @@ SIZE = 9  # unknowns: three stages of x, z and angle
 class StageContacts(NamedTuple):
     """The tip at three stages, its answer to wrenches, and its contacts; rows are stages."""
 
-    work: ContactWork  # of the stage at hand
+    stage: ContactWorkspace  # of the stage at hand
     stick_force: Array  # [N], shape (3, k)
     normal_force: Array  # [N], shape (3, k)
     friction_force: Array  # [N], shape (3, k)
@@ -57,10 +61,10 @@ class StageContacts(NamedTuple):
 
 def stage_contacts(fingertip: Fingertip) -> StageContacts:
     """Allocate the buffers for a fingertip."""
-    work = contact_work(fingertip)
-    k = work.slip.size
+    workspace = contact_workspace(fingertip)
+    k = workspace.slip.size
     return StageContacts(
-        work,
+        workspace,
         np.zeros((3, k)),
         np.zeros((3, k)),
         np.zeros((3, k)),
@@ -117,14 +121,14 @@ def solve_dense(matrix: Array, vector: Array) -> bool:
 
 
 @kernel
-def _move_stage(h: float, i: int, work: StageContacts) -> None:
-    """Pose and twist of stage `i` at the trial increments, into ``work.work``."""
+def _move_stage(h: float, i: int, workspace: StageContacts) -> None:
+    """Pose and twist of stage `i` at the trial increments, into ``workspace.stage``."""
     for j in range(3):
         rate = 0.0
         for other in range(3):
-            rate += INVERSE[i, other] * work.increment[other, j]
-        work.work.pose[j] = work.pose[i, j] + work.increment[i, j]
-        work.work.twist[j] = work.twist[i, j] + rate / h
+            rate += INVERSE[i, other] * workspace.increment[other, j]
+        workspace.stage.pose[j] = workspace.pose[i, j] + workspace.increment[i, j]
+        workspace.stage.twist[j] = workspace.twist[i, j] + rate / h
 
 
 @kernel
@@ -134,53 +138,55 @@ def _evaluate_stages(
     law: ContactLaw,
     h: float,
     fresh: bool,
-    work: StageContacts,
+    workspace: StageContacts,
 ) -> bool:
     """Evaluate the contacts of all stages at the trial increments; whether sticks have settled."""
-    stage = work.work
+    stage = workspace.stage
     all_settled = True
     for i in range(3):
-        _move_stage(h, i, work)
-        turn_cos, turn_sin = rotation(work.increment[i, 2])
-        stage.turn[0] = work.turn[i, 0] * turn_cos - work.turn[i, 1] * turn_sin
-        stage.turn[1] = work.turn[i, 1] * turn_cos + work.turn[i, 0] * turn_sin
+        _move_stage(h, i, workspace)
+        turn_cos, turn_sin = rotation(workspace.increment[i, 2])
+        stage.turn[0] = workspace.turn[i, 0] * turn_cos - workspace.turn[i, 1] * turn_sin
+        stage.turn[1] = workspace.turn[i, 1] * turn_cos + workspace.turn[i, 0] * turn_sin
         for k in range(stage.slip.size):
-            stage.modes.stick_force[k] = work.stick_force[i, k]
+            stage.modes.stick_force[k] = workspace.stick_force[i, k]
         all_settled &= evaluate_contacts(
-            fingertip, obstacle, law, GAMMA / h, work.hold, fresh, stage
+            fingertip, obstacle, law, GAMMA / h, workspace.hold, fresh, stage
         )
         for k in range(stage.slip.size):
-            work.stick_force[i, k] = stage.modes.stick_force[k]
+            workspace.stick_force[i, k] = stage.modes.stick_force[k]
             if stage.modes.normal[k] != OPEN:
-                work.normal_force[i, k] = stage.normal_force[k]
-                work.friction_force[i, k] = stage.friction_force[k]
-                work.slip[i, k] = stage.slip[k]
+                workspace.normal_force[i, k] = stage.normal_force[k]
+                workspace.friction_force[i, k] = stage.friction_force[k]
+                workspace.slip[i, k] = stage.slip[k]
                 for j in range(3):
-                    work.slip_row[i, k, j] = stage.slip_row[k, j]
-                work.apart[i, k] = stage.gap[k]
+                    workspace.slip_row[i, k, j] = stage.slip_row[k, j]
+                workspace.apart[i, k] = stage.gap[k]
         for m in range(3):
-            work.law_wrench[i, m] = stage.wrench[m]
+            workspace.law_wrench[i, m] = stage.wrench[m]
             for j in range(3):
-                work.by_pose[i, m, j] = stage.by_pose[m, j]
-                work.by_twist[i, m, j] = stage.by_twist[m, j]
+                workspace.by_pose[i, m, j] = stage.by_pose[m, j]
+                workspace.by_twist[i, m, j] = stage.by_twist[m, j]
     return all_settled
 
 
 @kernel
-def build_matrix(h: float, work: StageContacts) -> None:
+def build_matrix(h: float, workspace: StageContacts) -> None:
     """Set up the tangent of the residual: ``1 - compliance d(wrench)/d(pose)``."""
     for other in range(3):
         for j in range(3):
             column = 3 * other + j
             for row in range(SIZE):
-                work.matrix[row, column] = 1.0 if row == column else 0.0
+                workspace.matrix[row, column] = 1.0 if row == column else 0.0
             for i in range(3):
                 for m in range(3):
-                    slope = INVERSE[i, other] / h * work.by_twist[i, m, j]
+                    slope = INVERSE[i, other] / h * workspace.by_twist[i, m, j]
                     if i == other:
-                        slope += work.by_pose[i, m, j]
+                        slope += workspace.by_pose[i, m, j]
                     for row in range(SIZE):
-                        work.matrix[row, column] -= work.compliance[row, 3 * i + m] * slope
+                        workspace.matrix[row, column] -= (
+                            workspace.compliance[row, 3 * i + m] * slope
+                        )
 
 
 @kernel
@@ -190,60 +196,60 @@ def solve_stage_contacts(
     law: ContactLaw,
     h: float,
     accuracy: float,
-    work: StageContacts,
+    workspace: StageContacts,
 ) -> bool:
     """Find the wrenches for which contact law and linearised chain agree at the given modes.
 
     `accuracy` is that of a contact force [N].  Leaves the wrenches, their change and the
-    increments of the poses in `work`.
+    increments of the poses in `workspace`.
     """
-    give = work.hold[0, 0] + work.hold[1, 1]
-    reach = np.sqrt(give / work.hold[2, 2])  # makes an angle comparable to a way
-    place = max(abs(work.pose[2, 0]), abs(work.pose[2, 1]), reach)
+    give = workspace.hold[0, 0] + workspace.hold[1, 1]
+    reach = np.sqrt(give / workspace.hold[2, 2])  # makes an angle comparable to a way
+    place = max(abs(workspace.pose[2, 0]), abs(workspace.pose[2, 1]), reach)
     accuracy += ROUNDING * place * (law.stiffness + law.damping * GAMMA / h)
     for i in range(3):
         for j in range(3):
-            work.increment[i, j] = work.free[i, j]
+            workspace.increment[i, j] = workspace.free[i, j]
     for iteration in range(MAX_ITERATIONS):
-        settled = _evaluate_stages(fingertip, obstacle, law, h, iteration == 0, work)
+        settled = _evaluate_stages(fingertip, obstacle, law, h, iteration == 0, workspace)
         square = 0.0
         for i in range(3):
             for j in range(3):
-                r = work.increment[i, j] - work.free[i, j]
+                r = workspace.increment[i, j] - workspace.free[i, j]
                 for other in range(3):
                     for m in range(3):
-                        lack = work.law_wrench[other, m] - work.wrench[other, m]
-                        r -= work.compliance[3 * i + j, 3 * other + m] * lack
-                work.residual[3 * i + j] = r
+                        lack = workspace.law_wrench[other, m] - workspace.wrench[other, m]
+                        r -= workspace.compliance[3 * i + j, 3 * other + m] * lack
+                workspace.residual[3 * i + j] = r
                 square += (r * (reach if j == 2 else 1.0)) ** 2
         if settled and np.sqrt(square) <= accuracy * give:
             for i in range(3):
                 for j in range(3):
-                    work.change[i, j] = work.law_wrench[i, j] - work.wrench[i, j]
-                    work.wrench[i, j] = work.law_wrench[i, j]
+                    workspace.change[i, j] = workspace.law_wrench[i, j] - workspace.wrench[i, j]
+                    workspace.wrench[i, j] = workspace.law_wrench[i, j]
             return True
-        build_matrix(h, work)
-        if not solve_dense(work.matrix, work.residual):
+        build_matrix(h, workspace)
+        if not solve_dense(workspace.matrix, workspace.residual):
             return False
         for i in range(3):
             for j in range(3):
-                work.increment[i, j] -= work.residual[3 * i + j]
+                workspace.increment[i, j] -= workspace.residual[3 * i + j]
     return False
 
 
 @kernel
 def measure_stages(
-    fingertip: Fingertip, obstacle: Obstacle, law: ContactLaw, h: float, work: StageContacts
+    fingertip: Fingertip, obstacle: Obstacle, law: ContactLaw, h: float, workspace: StageContacts
 ) -> None:
     """Poses, twists and closing margins of open contacts at all stages, for what was found."""
-    stage = work.work
+    stage = workspace.stage
     for i in range(3):
-        _move_stage(h, i, work)
+        _move_stage(h, i, workspace)
         for j in range(3):
-            work.found_pose[i, j] = stage.pose[j]
-            work.found_twist[i, j] = stage.twist[j]
+            workspace.found_pose[i, j] = stage.pose[j]
+            workspace.found_twist[i, j] = stage.twist[j]
         for k in range(stage.slip.size):
             if stage.modes.normal[k] == OPEN:
-                work.apart[i, k] = closing_margin(
+                workspace.apart[i, k] = closing_margin(
                     fingertip, obstacle, law, stage.pose, stage.twist, k
                 )

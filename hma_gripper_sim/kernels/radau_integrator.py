@@ -16,17 +16,17 @@ from hma_gripper_sim.kernels.base_motion import Motion, Stretch, base_in_step
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact_law import copy_modes
 from hma_gripper_sim.kernels.error_propagation import (
-    ErrorWork,
+    ErrorWorkspace,
     delay_touches,
-    error_work,
+    error_workspace,
     propagate_error,
 )
 from hma_gripper_sim.kernels.hidden_events import (
     CLOSE,
     Passage,
-    PassageWork,
+    PassageWorkspace,
     first_hidden_touch,
-    passage_work,
+    passage_workspace,
 )
 from hma_gripper_sim.kernels.integrator import (
     COARSEST,
@@ -39,7 +39,7 @@ from hma_gripper_sim.kernels.integrator import (
 )
 from hma_gripper_sim.kernels.mode_search import find_modes
 from hma_gripper_sim.kernels.radau import (
-    RadauWork,
+    RadauWorkspace,
     Stages,
     angle_error,
     guess_again,
@@ -48,11 +48,11 @@ from hma_gripper_sim.kernels.radau import (
     load_error,
     powers,
     radau_step,
-    radau_work,
+    radau_workspace,
 )
 from hma_gripper_sim.kernels.radau_events import first_event, first_kink, stage_margins
 from hma_gripper_sim.kernels.radau_method import NODES, QUADRATURE
-from hma_gripper_sim.kernels.stage import Model, Work
+from hma_gripper_sim.kernels.stage import Model, Workspace
 
 Array = NDArray[np.float64]
 
@@ -96,17 +96,26 @@ class Record(NamedTuple):
     work: Array  # see `HalfState.work`, shape (c, 4)
 
 
-class RadauScratch(NamedTuple):
+class RunWorkspace(NamedTuple):
     """Buffers of the integrator beside those of a step."""
 
-    step: RadauWork
+    step: RadauWorkspace
     # How far each contact is from a change of its normal and its friction mode, positive while
     # it keeps them: at the step's start and at the stages, shape (4, k, 2).
     margin: Array
     pose: Array  # of the tip at the step's start, and scratch, shape (2, 3)
-    passage: PassageWork
-    error: ErrorWork
+    passage: PassageWorkspace
+    error: ErrorWorkspace
     going: Array  # length of the last step [s], 0: start afresh; shape (1,)
+
+
+class NextEvent(NamedTuple):
+    """The first event within a step."""
+
+    share: float  # of the step, or inf: there is none
+    close: float  # a step is taken that ends up to that long after it [s]
+    hidden: bool  # a touch that no stage shows
+    changes_modes: bool
 
 
 class Taken(NamedTuple):
@@ -118,24 +127,24 @@ class Taken(NamedTuple):
     landed: bool  # one that changes modes is at its end
 
 
-def radau_scratch(model: Model) -> RadauScratch:
+def run_workspace(model: Model) -> RunWorkspace:
     """Allocate the buffers for a model; a run starts afresh."""
     n = model.chain.rest.size
-    step = radau_work(model)
+    step = radau_workspace(model)
     k = step.contacts.slip.shape[1]
-    return RadauScratch(
+    return RunWorkspace(
         step,
         np.zeros((4, k, 2)),
         np.zeros((2, 3)),
-        passage_work(n, len(model.fingertip.points), k),
-        error_work(n, k),
+        passage_workspace(n, len(model.fingertip.points), k),
+        error_workspace(n, k),
         np.zeros(1),
     )
 
 
 @kernel
 def _hidden_touch(
-    model: Model, stretch: Stretch, tolerance: float, state: HalfState, scratch: RadauScratch
+    model: Model, stretch: Stretch, tolerance: float, state: HalfState, scratch: RunWorkspace
 ) -> float:
     """Share of the step shortly behind the first touch that its stages conceal, or inf."""
     step, h = scratch.step, stretch.h
@@ -158,8 +167,8 @@ def _hidden_touch(
 
 
 @kernel
-def _add_work(model: Model, stretch: Stretch, work: Array, step: RadauWork) -> None:
-    """Integrate the rates of `HalfState.work` over a step into `work`, shape (4,)."""
+def _add_work(model: Model, stretch: Stretch, work: Array, step: RadauWorkspace) -> None:
+    """Integrate the rates of `HalfState.work` over a step into `workspace`, shape (4,)."""
     stages, found = step.stages, step.contacts
     for i in range(3):
         base_in_step(stretch, NODES[i], step.base)
@@ -216,23 +225,42 @@ def _judge(
 
 
 @kernel
+def _next_event(
+    model: Model, stretch: Stretch, tolerance: float, state: HalfState, scratch: RunWorkspace
+) -> NextEvent:
+    """The first event within the step in ``scratch.step``, which is accurate enough."""
+    contacts, h = scratch.step.contacts, stretch.h
+    close = _meeting(tolerance)
+    stage_margins(model.law, state.modes, contacts, scratch.margin)
+    event = first_event(scratch.margin)
+    kink = first_kink(model, state.modes, contacts.found_pose, scratch.pose)
+    changes_modes = event < np.inf and event <= kink
+    if kink < event:
+        event, close = kink, max(close, KINK * h)
+    if min(1.0, event) * h > close or event == np.inf:
+        touch = _hidden_touch(model, stretch, tolerance, state, scratch)
+        if touch < min(1.0, event):
+            return NextEvent(touch, close, True, changes_modes)
+    return NextEvent(event, close, False, changes_modes)
+
+
+@kernel
 def _take_step(
     model: Model,
     stretch: Stretch,
     first: bool,
     tolerance: float,
     state: HalfState,
-    scratch: RadauScratch,
+    scratch: RunWorkspace,
 ) -> Taken:
     """Take a step that is accurate enough and in which no mode changes.
 
     `stretch` is the longest it may be, `first` says that it follows an event.  The result is in
     ``scratch.step``, `state` is that at its start.
     """
-    step, margin = scratch.step, scratch.margin
+    step = scratch.step
     stages, contacts, modes = step.stages, step.contacts, state.modes
     longest, h = stretch.h, stretch.h
-    met = _meeting(tolerance)
     if first:
         guess_first(h, state.a, state.wrench, modes, stages.z, contacts)
     else:
@@ -256,30 +284,18 @@ def _take_step(
             error, growth = _judge(model, h, tolerance, state, stages)
             shorter = min(growth, SAFETY)
             if landings > 0 or error <= 1.0:
-                stage_margins(model.law, modes, contacts, margin)
-                event = first_event(margin)
-                kink = first_kink(model, modes, contacts.found_pose, scratch.pose)
-                close = met
-                landed = event < np.inf and event <= kink
-                if kink < event:
-                    event, close = kink, max(met, KINK * h)
-                hidden = np.inf
-                if min(1.0, event) * h > close or event == np.inf:
-                    hidden = _hidden_touch(model, stretch, tolerance, state, scratch)
-                if hidden < min(1.0, event):
-                    landings += 1
-                    event = hidden
-                    if landings <= LANDINGS:
-                        state.counts[1] += 1
-                        h *= hidden
-                        guess_again(hidden, stages.z, contacts)
-                        continue
-                if event == np.inf:
+                event = _next_event(model, stretch, tolerance, state, scratch)
+                landed = event.changes_modes
+                if event.share == np.inf:
                     break
                 landings += 1
-                if (1.0 - event) * h <= close or landings > LANDINGS:
+                if landings > LANDINGS or (
+                    not event.hidden and (1.0 - event.share) * h <= event.close
+                ):
                     break
-                shorter = event + min(0.5 * close / h, 0.5 * (1.0 - event))
+                shorter = event.share
+                if not event.hidden:
+                    shorter += min(0.5 * event.close / h, 0.5 * (1.0 - event.share))
         state.counts[1] += 1
         h *= shorter
         if iterations > 0:
@@ -290,7 +306,7 @@ def _take_step(
 
 
 @kernel
-def _accept(model: Model, stretch: Stretch, state: HalfState, scratch: RadauScratch) -> None:
+def _accept(model: Model, stretch: Stretch, state: HalfState, scratch: RunWorkspace) -> None:
     """Take over the step in ``scratch.step`` as the state, but for its clock."""
     step, margin = scratch.step, scratch.margin
     stages, contacts, modes = step.stages, step.contacts, state.modes
@@ -347,8 +363,8 @@ def integrate_radau(
     state: HalfState,
     record: Record,
     filled: int,
-    work: Work,
-    scratch: RadauScratch,
+    workspace: Workspace,
+    scratch: RunWorkspace,
 ) -> tuple[int, int]:
     """Step `state` to the end of `motion`; record accepted steps from row `filled` on.
 
@@ -387,7 +403,7 @@ def integrate_radau(
             bound = CROWDED * ANGLE * _estimate(tolerance) * share
             allowed = 4.0 * bound if h > brief else np.inf
             stretch = Stretch(motion, segment, t, h)
-            off = find_modes(model, stretch, allowed, state, work, step, error, margin[0])
+            off = find_modes(model, stretch, allowed, state, workspace, step, error, margin[0])
             if off == np.inf:
                 euler *= FAILED
                 if euler < SHORTEST_EULER:
@@ -410,7 +426,7 @@ def integrate_radau(
                 euler = min(2.0 * euler, longest)
             else:
                 for j in range(3):
-                    step.base[j] = work.base[j]
+                    step.base[j] = workspace.base[j]
                 delay_touches(model, state.v, state.q, state.a, modes, t - last, step, error)
                 last = t
         else:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import (
     Chain,
-    ChainWork,
+    ChainWorkspace,
     TipResponse,
-    chain_work,
+    chain_workspace,
     eliminate,
     place,
     substitute,
@@ -20,7 +20,7 @@ from hma_gripper_sim.kernels.chain import (
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact import solve_contact
 from hma_gripper_sim.kernels.contact_law import ContactLaw
-from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work
+from hma_gripper_sim.kernels.contact_wrench import ContactWorkspace, contact_workspace
 from hma_gripper_sim.kernels.proximity import Obstacle
 from hma_gripper_sim.kernels.touch import Fingertip
 
@@ -42,23 +42,23 @@ class Model(NamedTuple):
     bending: float  # force across the end that would bend the straight chain by two radians [N]
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """The buffers of one half."""
 
-    chain: ChainWork
+    chain: ChainWorkspace
     tip: TipResponse
-    contact: ContactWork
+    contact: ContactWorkspace
     base: Array  # height, velocity, acceleration of the base, shape (3,)
     increment: Array  # joint increments, shape (n,)
 
 
-def allocate(model: Model) -> Work:
+def allocate(model: Model) -> Workspace:
     """Allocate the buffers for a model."""
     n = model.chain.rest.size
-    return Work(
-        chain_work(n),
+    return Workspace(
+        chain_workspace(n),
         tip_response(),
-        contact_work(model.fingertip),
+        contact_workspace(model.fingertip),
         np.zeros(3),
         np.zeros(n),
     )
@@ -74,7 +74,7 @@ def solve_stage(
     q: Array,
     v: Array,
     a: Array,
-    work: Work,
+    workspace: Workspace,
 ) -> int:
     """Solve the balance of all joints for ``v = s (q - q0)``, ``a = s (v - v0)``.
 
@@ -91,34 +91,34 @@ def solve_stage(
     -------
     int
         Number of Newton iterations, or 0 when there was no convergence.  The contact wrench
-        is in ``work.contact.wrench``, the vertical load on the base in
-        ``work.tip.root_force[0]``.
+        is in ``workspace.contact.wrench``, the vertical load on the base in
+        ``workspace.tip.root_force[0]``.
     """
     n = q.size
-    tip = work.tip
+    tip = workspace.tip
     for iteration in range(1, MAX_ITERATIONS + 1):
         rate = 0.0
         for i in range(n):
             v[i] = s * (q[i] - q0[i])
             a[i] = s * (v[i] - v0[i])
             rate = max(rate, abs(v[i]))
-        place(model.chain, work.base, model.gravity, q, v, a, work.chain, tip)
-        if not eliminate(model.chain, s, q, v, work.chain, tip):
+        place(model.chain, workspace.base, model.gravity, q, v, a, workspace.chain, tip)
+        if not eliminate(model.chain, s, q, v, workspace.chain, tip):
             return 0
         if not solve_contact(
-            model.fingertip, model.obstacle, model.law, s, 1e-3 * accuracy, tip, work.contact
+            model.fingertip, model.obstacle, model.law, s, 1e-3 * accuracy, tip, workspace.contact
         ):
             return 0
         for j in range(3):
-            change = work.contact.wrench[j] - tip.wrench[j]
-            work.contact.correction[j] = change
+            change = workspace.contact.wrench[j] - tip.wrench[j]
+            workspace.contact.correction[j] = change
             tip.root_force[0] += tip.root_force[1 + j] * change
-            tip.wrench[j] = work.contact.wrench[j]
-        turn = substitute(work.chain, work.contact.correction, work.increment)
+            tip.wrench[j] = workspace.contact.wrench[j]
+        turn = substitute(workspace.chain, workspace.contact.correction, workspace.increment)
         if not turn < MAX_TURN:
             return 0
         for i in range(n):
-            q[i] += work.increment[i]
+            q[i] += workspace.increment[i]
         # The next correction is of the order of this one times the nonlinearity left out.
         nonlinearity = turn
         if s > 0.0:
@@ -126,9 +126,9 @@ def solve_stage(
         error = turn * min(1.0, nonlinearity)
         # What it displaces the tip by must not matter against the depth of its contacts.
         force = 0.0
-        for k in range(work.contact.normal_force.size):
-            force = max(force, work.contact.normal_force[k])
-        moved = abs(work.contact.increment[0]) + abs(work.contact.increment[1])
+        for k in range(workspace.contact.normal_force.size):
+            force = max(force, workspace.contact.normal_force[k])
+        moved = abs(workspace.contact.increment[0]) + abs(workspace.contact.increment[1])
         deep = moved * min(1.0, nonlinearity) * model.law.stiffness <= CONSISTENT * force
         if error <= accuracy and (deep or force == 0.0):
             for i in range(n):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.chain import (
     Chain,
-    ChainWork,
+    ChainWorkspace,
     TipResponse,
     eliminate,
     place,
@@ -31,7 +31,7 @@ def solve_dead_load(
     at_rest: Array,
     increment: Array,
     change: Array,
-    work: ChainWork,
+    workspace: ChainWorkspace,
     tip: TipResponse,
 ) -> bool:
     """Solve for the joint angles `q`, shape (n,), which hold the first guess.
@@ -43,16 +43,16 @@ def solve_dead_load(
     n = q.size
     last = n - 1
     for _ in range(MAX_ITERATIONS):
-        place(chain, base, 0.0, q, at_rest, at_rest, work, tip)
+        place(chain, base, 0.0, q, at_rest, at_rest, workspace, tip)
         cos, sin = np.cos(tip.pose[2]), np.sin(tip.pose[2])
         lx = cos * chain.link[last, 0] - sin * chain.link[last, 1]
         lz = sin * chain.link[last, 0] + cos * chain.link[last, 1]
         tip.wrench[0] = force[0]
         tip.wrench[1] = force[1]
         tip.wrench[2] = lx * force[1] - lz * force[0]
-        if not eliminate(chain, 0.0, q, at_rest, work, tip):
+        if not eliminate(chain, 0.0, q, at_rest, workspace, tip):
             return False
-        turn = substitute(work, change, increment)
+        turn = substitute(workspace, change, increment)
         scale = min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0
         for i in range(n):
             q[i] += scale * increment[i]

@@ -17,7 +17,7 @@ from hma_gripper_sim.kernels.contact_law import (
     measure_gaps,
 )
 from hma_gripper_sim.kernels.integrator import HalfState
-from hma_gripper_sim.kernels.stage import Model, Work, allocate, solve_stage
+from hma_gripper_sim.kernels.stage import Model, Workspace, allocate, solve_stage
 from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
 
 Array = NDArray[np.float64]
@@ -43,21 +43,23 @@ def start_state(model: Model) -> HalfState:
         There is none, or it was not found.
     """
     n = model.chain.rest.size
-    work = allocate(model)
+    workspace = allocate(model)
     q, v, a = np.zeros(n), np.zeros(n), np.zeros(n)
-    candidates = len(work.contact.normal_force)
-    if not _hang(model, 0.0, work, q, v, a) or work.contact.wrench.any():
+    candidates = len(workspace.contact.normal_force)
+    if not _hang(model, 0.0, workspace, q, v, a) or workspace.contact.wrench.any():
         height = 2.0 * float(np.hypot(model.chain.link[:, 0], model.chain.link[:, 1]).sum())
-        if not (_hang(model, height, work, q, v, a) and _lower(model, height, work, q, v, a)):
+        if not (
+            _hang(model, height, workspace, q, v, a) and _lower(model, height, workspace, q, v, a)
+        ):
             raise SimulationError(Outcome.NO_EQUILIBRIUM, 0.0)
-    load = work.tip.root_force[0]
+    load = workspace.tip.root_force[0]
     margin, drift = np.zeros((candidates, 2)), np.zeros((candidates, 2))
     measure_gaps(
         model.fingertip,
         model.obstacle,
-        work.contact.pose,
-        work.tip.twist,
-        work.contact.modes,
+        workspace.contact.pose,
+        workspace.tip.twist,
+        workspace.contact.modes,
         margin,
         drift,
     )
@@ -71,8 +73,8 @@ def start_state(model: Model) -> HalfState:
         q=q,
         v=v,
         a=a,
-        wrench=work.tip.wrench.copy(),
-        modes=_copy_modes(work.contact.modes),
+        wrench=workspace.tip.wrench.copy(),
+        modes=_copy_modes(workspace.contact.modes),
         margin=margin,
         drift=drift,
         load=np.array([load]),
@@ -105,54 +107,56 @@ def _copy_modes(modes: ContactModes) -> ContactModes:
     return ContactModes(modes.normal.copy(), modes.friction.copy(), modes.stick_force.copy())
 
 
-def _hang(model: Model, height: float, work: Work, q: Array, v: Array, a: Array) -> bool:
+def _hang(model: Model, height: float, workspace: Workspace, q: Array, v: Array, a: Array) -> bool:
     """Hang the stress-free gripper up at a height, in as few steps of gravity as will do."""
-    return any(_load(model, height, increments, work, q, v, a) for increments in LOAD_INCREMENTS)
+    return any(
+        _load(model, height, increments, workspace, q, v, a) for increments in LOAD_INCREMENTS
+    )
 
 
 def _load(
-    model: Model, height: float, increments: int, work: Work, q: Array, v: Array, a: Array
+    model: Model, height: float, increments: int, workspace: Workspace, q: Array, v: Array, a: Array
 ) -> bool:
     """Let the gravity rise on the stress-free gripper in a number of increments."""
     q[:] = 0.0
-    work.base[:] = height, 0.0, 0.0
-    work.tip.wrench[:] = 0.0
-    copy_modes(contact_modes(len(work.contact.normal_force)), work.contact.modes)
+    workspace.base[:] = height, 0.0, 0.0
+    workspace.tip.wrench[:] = 0.0
+    copy_modes(contact_modes(len(workspace.contact.normal_force)), workspace.contact.modes)
     zero = np.zeros(len(q))
     for share in np.arange(1, increments + 1) / increments:
         partly = model._replace(gravity=share * model.gravity)
-        if not solve_stage(partly, 0.0, ACCURACY, zero, zero, q, v, a, work):
+        if not solve_stage(partly, 0.0, ACCURACY, zero, zero, q, v, a, workspace):
             return False
-        work.tip.wrench[:] = work.contact.wrench
+        workspace.tip.wrench[:] = workspace.contact.wrench
     return True
 
 
-def _lower(model: Model, height: float, work: Work, q: Array, v: Array, a: Array) -> bool:
+def _lower(model: Model, height: float, workspace: Workspace, q: Array, v: Array, a: Array) -> bool:
     """Lower the gripper from a height where it hangs freely, by as large steps as are sure."""
     smallest = SMALLEST_STEP * height
     zero = np.zeros(len(q))
     step = height
     while height > 0.0:
-        before, wrench = q.copy(), work.tip.wrench.copy()
-        modes = _copy_modes(work.contact.modes)
-        work.base[0] = max(0.0, height - step)
-        found = solve_stage(model, 0.0, ACCURACY, zero, zero, q, v, a, work)
+        before, wrench = q.copy(), workspace.tip.wrench.copy()
+        modes = _copy_modes(workspace.contact.modes)
+        workspace.base[0] = max(0.0, height - step)
+        found = solve_stage(model, 0.0, ACCURACY, zero, zero, q, v, a, workspace)
         if not found or np.abs(np.cumsum(q - before)).max() > LARGEST_TURN:
             q[:] = before
-            work.tip.wrench[:] = wrench
-            copy_modes(modes, work.contact.modes)
+            workspace.tip.wrench[:] = wrench
+            copy_modes(modes, workspace.contact.modes)
             if step > smallest:
                 step *= 0.5
                 continue
-            if not _fall(model, work, q, v, a):
+            if not _fall(model, workspace, q, v, a):
                 return False
-        work.tip.wrench[:] = work.contact.wrench
-        height = work.base[0]
+        workspace.tip.wrench[:] = workspace.contact.wrench
+        height = workspace.base[0]
         step *= 2.0
     return True
 
 
-def _fall(model: Model, work: Work, q: Array, v: Array, a: Array) -> bool:
+def _fall(model: Model, workspace: Workspace, q: Array, v: Array, a: Array) -> bool:
     """Let go of the gripper where its branch of equilibria ends: it creeps to another."""
     chain = model.chain
     length = float(np.hypot(chain.link[:, 0], chain.link[:, 1]).sum())
@@ -160,17 +164,17 @@ def _fall(model: Model, work: Work, q: Array, v: Array, a: Array) -> bool:
     model = model._replace(law=model.law._replace(friction=0.0))
     at_rest, step = np.zeros(len(q)), FIRST_RELAXATION * period
     for _ in range(RELAXATIONS):
-        before, wrench = q.copy(), work.tip.wrench.copy()
-        modes = _copy_modes(work.contact.modes)
-        found = solve_stage(model, 1.0 / step, ACCURACY, before, at_rest, q, v, a, work)
+        before, wrench = q.copy(), workspace.tip.wrench.copy()
+        modes = _copy_modes(workspace.contact.modes)
+        found = solve_stage(model, 1.0 / step, ACCURACY, before, at_rest, q, v, a, workspace)
         turn = np.abs(np.cumsum(q - before)).max()
         if not found or turn > LARGEST_TURN:
             q[:] = before
-            work.tip.wrench[:] = wrench
-            copy_modes(modes, work.contact.modes)
+            workspace.tip.wrench[:] = wrench
+            copy_modes(modes, workspace.contact.modes)
             step *= 0.5
             continue
-        work.tip.wrench[:] = work.contact.wrench
+        workspace.tip.wrench[:] = workspace.contact.wrench
         if turn < SETTLED and step > LAST_RELAXATION * period:
             v[:] = a[:] = 0.0
             return True

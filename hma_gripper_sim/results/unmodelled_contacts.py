@@ -14,7 +14,7 @@ from hma_gripper_sim.kernels.clearance import (
     TIP_SHANK,
     TOP_BEAM,
     Recorded,
-    clearance_work,
+    clearance_workspace,
     first_touches,
 )
 from hma_gripper_sim.mechanics.scene import Scene
@@ -42,11 +42,11 @@ def find_unmodelled_touches(
     half = scene.half
     touches = []
     found = np.empty((PARTS, 3))
-    work = clearance_work(half.segments)
+    workspace = clearance_workspace(half.segments)
     mirrored = len(halves) == 1
     for i, states in enumerate(halves):
         model = scene.models[i]
-        first_touches(model.chain, half.segments, model.obstacle, states, work, found)
+        first_touches(model.chain, half.segments, model.obstacle, states, workspace, found)
         for part, (time, x, z) in enumerate(found.tolist()):
             if math.isinf(time):
                 continue

@@ -25,13 +25,13 @@ from hma_gripper_sim.kernels.integrator import (
     STUCK,
     HalfState,
     integrate,
-    step_work,
+    tick_workspace,
 )
 from hma_gripper_sim.kernels.radau_integrator import (
     FULL,
     Record,
     integrate_radau,
-    radau_scratch,
+    run_workspace,
 )
 from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.mechanics.asked_accuracy import stepping_tolerance
@@ -77,16 +77,16 @@ class Half:
 
     def __init__(self, model: Model, state: HalfState) -> None:
         self.model = model
-        self.work = allocate(model)
-        points, candidates = len(model.fingertip.points), len(self.work.contact.normal_force)
-        self.tick_scratch = step_work(model.chain.rest.size, points, candidates)
-        self.run_scratch = radau_scratch(model)
+        self.workspace = allocate(model)
+        points, candidates = len(model.fingertip.points), len(self.workspace.contact.normal_force)
+        self.tick_scratch = tick_workspace(model.chain.rest.size, points, candidates)
+        self.run_scratch = run_workspace(model)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
     def tick(self, motion: Motion, tolerance: float) -> Outcome:
         """Step to the end of `motion` from whatever state, as cheaply as a short motion allows."""
         state = copy_state(self.state)
-        status = integrate(self.model, motion, tolerance, state, self.work, self.tick_scratch)
+        status = integrate(self.model, motion, tolerance, state, self.workspace, self.tick_scratch)
         self.state = state
         return OUTCOMES[status]
 
@@ -122,7 +122,7 @@ class Half:
         clear_error(scratch.error, asked)
         while True:
             status, filled = integrate_radau(
-                self.model, motion, tolerance, state, record, filled, self.work, scratch
+                self.model, motion, tolerance, state, record, filled, self.workspace, scratch
             )
             if status != FULL:
                 break

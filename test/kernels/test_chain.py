@@ -15,7 +15,7 @@ from scipy.optimize import root
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
 from hma_gripper_sim.kernels.chain import (
     Chain,
-    chain_work,
+    chain_workspace,
     eliminate,
     place,
     substitute,
@@ -326,11 +326,11 @@ def test_newton_step_of_a_random_chain() -> None:
         jacobian[:, j] = (imbalance(q + step) - imbalance(q - step)) / 2e-6
     wanted = np.linalg.solve(jacobian, -imbalance(q))
 
-    work, tip, at_rest, dq = chain_work(n), tip_response(), np.zeros(n), np.zeros(n)
-    place(chain, np.zeros(3), G, q, at_rest, at_rest, work, tip)
+    workspace, tip, at_rest, dq = chain_workspace(n), tip_response(), np.zeros(n), np.zeros(n)
+    place(chain, np.zeros(3), G, q, at_rest, at_rest, workspace, tip)
     tip.wrench[:] = wrench
-    assert eliminate(chain, 0.0, q, at_rest, work, tip)
-    substitute(work, np.zeros(3), dq)
+    assert eliminate(chain, 0.0, q, at_rest, workspace, tip)
+    substitute(workspace, np.zeros(3), dq)
     np.testing.assert_allclose(dq, wanted, rtol=1e-6, atol=1e-9)
 
 
@@ -368,11 +368,11 @@ def test_newton_step_of_a_chain_whose_joints_slide() -> None:
     hessian = np.array([(gradient(q + s) - gradient(q - s)) / 2e-4 for s in 1e-4 * np.eye(n)])
     wanted = np.linalg.solve(hessian, -gradient(q))
 
-    work, tip, at_rest, dq = chain_work(n), tip_response(), np.zeros(n), np.zeros(n)
-    place(chain, np.zeros(3), G, q, at_rest, at_rest, work, tip)
+    workspace, tip, at_rest, dq = chain_workspace(n), tip_response(), np.zeros(n), np.zeros(n)
+    place(chain, np.zeros(3), G, q, at_rest, at_rest, workspace, tip)
     tip.wrench[:] = wrench
-    assert eliminate(chain, 0.0, q, at_rest, work, tip)
-    substitute(work, np.zeros(3), dq)
+    assert eliminate(chain, 0.0, q, at_rest, workspace, tip)
+    substitute(workspace, np.zeros(3), dq)
     np.testing.assert_allclose(dq, wanted, rtol=1e-5, atol=1e-6)
 
 
@@ -386,12 +386,12 @@ def test_motion_of_a_chain_whose_joints_slide() -> None:
     q, v, a = rng.normal(size=(3, n))
 
     def sweep(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        work, tip = chain_work(n), tip_response()
+        workspace, tip = chain_workspace(n), tip_response()
         rate = v + a * t
-        place(chain, np.zeros(3), 0.0, q + t * (v + 0.5 * a * t), rate, a, work, tip)
-        joints = np.vstack([np.zeros(2), np.cumsum(work.step[:-1], axis=0)])
+        place(chain, np.zeros(3), 0.0, q + t * (v + 0.5 * a * t), rate, a, workspace, tip)
+        joints = np.vstack([np.zeros(2), np.cumsum(workspace.link[:-1], axis=0)])
         first = tip.pose[:2] - joints[-1]
-        return first + joints + work.arm, work.load.copy(), tip.twist.copy()
+        return first + joints + workspace.arm, workspace.load.copy(), tip.twist.copy()
 
     before, (centres, load, twist), after = sweep(-step), sweep(0.0), sweep(step)
     second = (after[0] - 2.0 * centres + before[0]) / step**2

@@ -15,7 +15,7 @@ from hma_gripper_sim.kernels.clearance import (
     TIP_SHANK,
     TOP_BEAM,
     Recorded,
-    clearance_work,
+    clearance_workspace,
     first_touches,
     part_gaps,
     place_segments,
@@ -97,7 +97,7 @@ def test_no_touch_is_passed_over(design: GripperDesign, seed: int) -> None:
         (half.segments, found),
         (half.segments._replace(reach=np.full(len(q[0]), np.inf)), every),
     ):
-        first_touches(half.chain, segments, obstacle, states, clearance_work(segments), result)
+        first_touches(half.chain, segments, obstacle, states, clearance_workspace(segments), result)
     assert np.isfinite(every[:, 0]).any()
     touched = np.isfinite(every[:, 0])
     np.testing.assert_array_equal(found[:, 0], every[:, 0])

@@ -20,7 +20,7 @@ from hma_gripper_sim.kernels.contact_law import (
     STICK,
     ContactLaw,
 )
-from hma_gripper_sim.kernels.contact_wrench import ContactWork, contact_work
+from hma_gripper_sim.kernels.contact_wrench import ContactWorkspace, contact_workspace
 from hma_gripper_sim.kernels.proximity import Obstacle, point_distance, segment_distance
 from hma_gripper_sim.kernels.touch import Fingertip
 from hma_gripper_sim.model.contours.base import face_normals
@@ -322,12 +322,12 @@ def put(tip: TipResponse, pose: np.ndarray) -> None:
 
 def prepare(
     fingertip: Fingertip, target: Obstacle, pose: np.ndarray, friction: int, normal: int = CLOSED
-) -> tuple[TipResponse, ContactWork]:
+) -> tuple[TipResponse, ContactWorkspace]:
     """A tip at rest in a pose, with fixed modes for every contact that is pressed in."""
     tip = tip_response()
     put(tip, pose)
     tip.compliance[:, :] = np.diag([0.1, 0.2, 300.0])
-    work = contact_work(fingertip)
+    workspace = contact_workspace(fingertip)
     if fingertip.capsule:
         closed = [0]
     else:
@@ -338,9 +338,9 @@ def prepare(
         ]
     assert closed
     for i in closed:
-        work.modes.normal[i] = normal
-        work.modes.friction[i] = friction
-    return tip, work
+        workspace.modes.normal[i] = normal
+        workspace.modes.friction[i] = friction
+    return tip, workspace
 
 
 def check_tangent(
@@ -355,19 +355,19 @@ def check_tangent(
 ) -> None:
     """Compare the tangent of the wrench with central differences at fixed modes."""
     s = 2e3
-    tip, work = prepare(fingertip, target, pose, friction, normal)
-    work.increment[:] = 0.0
-    work.modes.stick_force[:] = 0.003
-    _evaluate(fingertip, target, law, s, tip, True, work)
-    tangent = work.tangent.copy()
+    tip, workspace = prepare(fingertip, target, pose, friction, normal)
+    workspace.increment[:] = 0.0
+    workspace.modes.stick_force[:] = 0.003
+    _evaluate(fingertip, target, law, s, tip, True, workspace)
+    tangent = workspace.tangent.copy()
     differences = np.empty((3, 3))
     for j, step in enumerate((1e-9, 1e-9, 1e-7)):
         wrenches = []
         for sign in (1.0, -1.0):
-            work.increment[:] = 0.0
-            work.increment[j] = sign * step
-            _evaluate(fingertip, target, law, s, tip, True, work)
-            wrenches.append(work.wrench.copy())
+            workspace.increment[:] = 0.0
+            workspace.increment[j] = sign * step
+            _evaluate(fingertip, target, law, s, tip, True, workspace)
+            wrenches.append(workspace.wrench.copy())
         differences[:, j] = (wrenches[0] - wrenches[1]) / (2.0 * step)
     size = np.array([1.0, 1.0, 0.01])  # m; compares moments with forces, angles with positions
     error = (tangent - differences) / np.outer(size, size)
@@ -403,20 +403,20 @@ def test_tangent_while_damping_sets_in(name: str) -> None:
     contour, fingertip, x, angle, _ = TANGENT_SCENES[name]
     target = obstacle(contour)
     pose = press(fingertip, target, x, angle, 5e-10)
-    tip, work = prepare(fingertip, target, pose, SLIP_LEFT, GRAZING)
+    tip, workspace = prepare(fingertip, target, pose, SLIP_LEFT, GRAZING)
     tip.twist[1] = -0.004
     law = ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9)
     # A step so short that the velocity does not change with the increment.
-    _evaluate(fingertip, target, law, 1e-9, tip, True, work)
-    tangent, wrench = work.tangent.copy(), work.wrench.copy()
+    _evaluate(fingertip, target, law, 1e-9, tip, True, workspace)
+    tangent, wrench = workspace.tangent.copy(), workspace.wrench.copy()
     assert np.linalg.norm(wrench) > 1e-4
     for j in range(2):
         wrenches = []
         for sign in (1.0, -1.0):
-            work.increment[:] = 0.0
-            work.increment[j] = sign * 1e-11
-            _evaluate(fingertip, target, law, 1e-9, tip, True, work)
-            wrenches.append(work.wrench.copy())
+            workspace.increment[:] = 0.0
+            workspace.increment[j] = sign * 1e-11
+            _evaluate(fingertip, target, law, 1e-9, tip, True, workspace)
+            wrenches.append(workspace.wrench.copy())
         difference = (wrenches[0] - wrenches[1]) / 2e-11
         np.testing.assert_allclose(
             tangent[:, j], difference, rtol=1e-4, atol=1e-5 * np.abs(tangent).max()
@@ -433,21 +433,23 @@ def test_law_by_hand() -> None:
     target = obstacle(Circle(0.015))
     pose = np.array([0.0, 0.016 - 2e-6, 0.0])
     for slip, mode in ((0.003, SLIP_LEFT), (-0.003, SLIP_RIGHT)):
-        tip, work = prepare(ball, target, pose, mode)
+        tip, workspace = prepare(ball, target, pose, mode)
         tip.twist[:] = slip, -0.001, 0.0
-        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9), 1e-9, tip, True, work)
+        _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 0.0, 1e-9), 1e-9, tip, True, workspace)
         friction = -0.6 * 0.021 * np.sign(slip)
-        np.testing.assert_allclose(work.wrench, [friction, 0.021, -friction * -0.001], rtol=1e-9)
+        np.testing.assert_allclose(
+            workspace.wrench, [friction, 0.021, -friction * -0.001], rtol=1e-9
+        )
 
 
 def test_regularised_law_by_hand() -> None:
     """F_F = -mu F_N v / c while |v| < c (thesis Eq. 4.6)."""
     ball = Fingertip(np.array([[0.0, 0.0], [1e-3, 1e-3]]), np.zeros((2, 2)), 0.001, True, False)
     target = obstacle(Circle(0.015))
-    tip, work = prepare(ball, target, np.array([0.0, 0.016 - 2e-6, 0.0]), STICK)
+    tip, workspace = prepare(ball, target, np.array([0.0, 0.016 - 2e-6, 0.0]), STICK)
     tip.twist[:] = 0.25e-4, 0.0, 0.0
-    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4, 1e-9), 1e-9, tip, True, work)
-    np.testing.assert_allclose(work.wrench[:2], [-0.6 * 0.02 * 0.25, 0.02], rtol=1e-9)
+    _evaluate(ball, target, ContactLaw(1e4, 1.0, 0.6, 1e-4, 1e-9), 1e-9, tip, True, workspace)
+    np.testing.assert_allclose(workspace.wrench[:2], [-0.6 * 0.02 * 0.25, 0.02], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("angle", "share"), [(0.0, 0.5), (5e-4, None), (5e-3, None)])
@@ -463,17 +465,17 @@ def test_flat_overlap_presses_at_the_centre_of_a_bed_of_springs(
     fingertip = capsule()
     depth = 2e-6
     pose = press(fingertip, target, 0.0, PARALLEL + angle, depth)
-    tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
+    tip, workspace = prepare(fingertip, target, pose, STICK)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, workspace)
     points = axis(pose, fingertip)
     spread = points[0] + np.linspace(0.0, 1.0, 200001)[:, None] * (points[1] - points[0])
     depths = np.maximum(0.0, target.radius + fingertip.radius - (spread[:, 1] - 0.012))
     centre = (depths @ spread[:, 0]) / depths.sum()
-    assert work.place[0, 0] == pytest.approx(centre, abs=1e-7)
+    assert workspace.place[0, 0] == pytest.approx(centre, abs=1e-7)
     if share is not None:
         assert centre == pytest.approx(points[:, 0].mean(), abs=1e-7)
-    assert work.wrench[1] == pytest.approx(1e4 * depth, rel=1e-6)
-    assert work.wrench[2] == pytest.approx((centre - pose[0]) * work.wrench[1], abs=2e-9)
+    assert workspace.wrench[1] == pytest.approx(1e4 * depth, rel=1e-6)
+    assert workspace.wrench[2] == pytest.approx((centre - pose[0]) * workspace.wrench[1], abs=2e-9)
 
 
 @pytest.mark.parametrize("tilt", [-0.03, -0.01, -1e-6, 0.0, 1e-6, 0.01, 0.03])
@@ -489,8 +491,8 @@ def test_blunt_corner_presses_at_the_centre_of_a_bed_of_springs(tilt: float) -> 
     fingertip, depth = capsule(), 1e-5
     x = -0.5 * float(np.sum(fingertip.points @ np.array([1.0, 1.0]))) / math.sqrt(2.0)
     pose = press(fingertip, target, x, PARALLEL + tilt, depth)
-    tip, work = prepare(fingertip, target, pose, STICK)
-    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, work)
+    tip, workspace = prepare(fingertip, target, pose, STICK)
+    _evaluate(fingertip, target, ContactLaw(1e4, 0.0, 0.0, 0.0, 1e-9), 0.0, tip, True, workspace)
     points = axis(pose, fingertip)
     length = float(np.linalg.norm(points[1] - points[0]))
     along = (points[1] - points[0]) / length
@@ -504,7 +506,7 @@ def test_blunt_corner_presses_at_the_centre_of_a_bed_of_springs(tilt: float) -> 
     )
     depths = np.maximum(0.0, room[:, faces @ down < -1e-9].min(axis=1))
     centre = float(depths @ spread / depths.sum())
-    pressed = float((work.place[0] - points[0]) @ along)
+    pressed = float((workspace.place[0] - points[0]) @ along)
     assert pressed == pytest.approx(centre, abs=2e-6)
 
 
@@ -531,19 +533,19 @@ def test_contact_solution_obeys_law_and_chain(
     root = rng.normal(size=(3, 3)) * np.array([[0.002], [0.002], [0.2]])
     tip.compliance[:, :] = root @ root.T
     tip.free[:] = rng.normal(size=3) * (1e-5, 1e-5, 1e-4) - (0.0, 1e-5, 0.0)
-    work = contact_work(fingertip)
-    assert solve_contact(fingertip, target, law, s, 1e-12, tip, work)
+    workspace = contact_workspace(fingertip)
+    assert solve_contact(fingertip, target, law, s, 1e-12, tip, workspace)
 
-    expected = tip.free + tip.compliance @ work.wrench
-    np.testing.assert_allclose(work.increment, expected, rtol=0.0, atol=1e-12)
-    pose = tip.pose + work.increment
+    expected = tip.free + tip.compliance @ workspace.wrench
+    np.testing.assert_allclose(workspace.increment, expected, rtol=0.0, atol=1e-12)
+    pose = tip.pose + workspace.increment
     points = axis(pose, fingertip)
     distance, nx, nz, along, *_ = segment_distance(target, *points[0], *points[1])
     lever = points[0] + along * (points[1] - points[0]) - pose[:2]
-    rate = tip.twist + s * work.increment
+    rate = tip.twist + s * workspace.increment
     velocity = rate[:2] + rate[2] * np.array([-lever[1], lever[0]])
     gap, approach = distance - target.radius - fingertip.radius, nx * velocity[0] + nz * velocity[1]
-    normal, along_tangent = float(work.normal_force[0]), float(work.friction_force[0])
+    normal, along_tangent = float(workspace.normal_force[0]), float(workspace.friction_force[0])
     wanted = max(0.0, -law.stiffness * gap - law.damping * approach) if gap < 0.0 else 0.0
     if gap < -1e-9 or gap > 0.0:  # in between damping sets in
         assert normal == pytest.approx(wanted, abs=1e-7)
@@ -588,28 +590,30 @@ def test_modes_of_shared_sticks_are_found_after_a_jump(
     tip.compliance[:, :] = np.linalg.inv(inertias) / s**2
     speed = 10.0 ** rng.uniform(-3.0, -1.0)
     tip.free[:] = speed * rng.normal(size=3) * (1.0, 1.0, 100.0) / s
-    work = contact_work(fingertip)
-    work.modes.normal[touched] = CLOSED
-    work.modes.friction[:] = rng.integers(SLIP_RIGHT, SLIP_LEFT + 1, len(points))
-    assert solve_contact(fingertip, target, law, s, 1e-10, tip, work)
+    workspace = contact_workspace(fingertip)
+    workspace.modes.normal[touched] = CLOSED
+    workspace.modes.friction[:] = rng.integers(SLIP_RIGHT, SLIP_LEFT + 1, len(points))
+    assert solve_contact(fingertip, target, law, s, 1e-10, tip, workspace)
 
-    pressed = work.normal_force.sum()
-    lack = np.linalg.solve(tip.compliance, work.increment - tip.free) - work.wrench
+    pressed = workspace.normal_force.sum()
+    lack = np.linalg.solve(tip.compliance, workspace.increment - tip.free) - workspace.wrench
     np.testing.assert_allclose(lack[:2], 0.0, atol=1e-7 * max(1.0, pressed))
-    rate = s * work.increment
+    rate = s * workspace.increment
     fastest = np.abs(rate[:2]).sum() + 0.02 * abs(rate[2])
-    pose = tip.pose + work.increment
+    pose = tip.pose + workspace.increment
     for k, point in enumerate(axis(pose, fingertip)):
         lx, lz = point - pose[:2]
         gap, nx, nz, _ = point_distance(target, *point)
         if gap - target.radius > -1e-8:  # open, or damping sets in
             continue
         if along_tip_normal:
-            angle = tip.pose[2] + work.increment[2] + DESIGN.tip.normal_angles[k]
+            angle = tip.pose[2] + workspace.increment[2] + DESIGN.tip.normal_angles[k]
             nx, nz = -math.cos(angle), -math.sin(angle)
         slip = -nz * (rate[0] - rate[2] * lz) + nx * (rate[1] + rate[2] * lx)
-        limit = friction * work.normal_force[k]
+        limit = friction * workspace.normal_force[k]
         assert limit >= 0.0
-        assert abs(work.friction_force[k]) <= limit * (1.0 + 1e-5)
+        assert abs(workspace.friction_force[k]) <= limit * (1.0 + 1e-5)
         if abs(slip) > 1e-6 * fastest:
-            assert work.friction_force[k] == pytest.approx(-math.copysign(limit, slip), rel=1e-6)
+            assert workspace.friction_force[k] == pytest.approx(
+                -math.copysign(limit, slip), rel=1e-6
+            )

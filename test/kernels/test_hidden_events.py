@@ -14,7 +14,7 @@ from hma_gripper_sim.kernels.hidden_events import (
     Passage,
     first_dip,
     first_hidden_touch,
-    passage_work,
+    passage_workspace,
     tip_acceleration,
 )
 from hma_gripper_sim.kernels.kinematics import place_tip
@@ -95,7 +95,7 @@ class RandomStep:
         modes = contact_modes(k)
         if closed is not None:
             modes.normal[closed] = CLOSED
-        work = passage_work(len(self.q0), len(self.model.fingertip.points), k)
+        workspace = passage_workspace(len(self.q0), len(self.model.fingertip.points), k)
         return first_hidden_touch(
             self.model,
             Stretch(self.motion, 0, 0.0, self.h),
@@ -104,7 +104,7 @@ class RandomStep:
             modes,
             modes,
             DEPTH,
-            work,
+            workspace,
         )
 
 

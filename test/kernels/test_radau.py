@@ -13,16 +13,16 @@ from hma_gripper_benchmarks.dense import equations, rates
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, Stretch, base_motion
 from hma_gripper_sim.kernels.contact_law import CLOSED, OPEN, SLIP_LEFT, STICK
-from hma_gripper_sim.kernels.error_propagation import error_work
+from hma_gripper_sim.kernels.error_propagation import error_workspace
 from hma_gripper_sim.kernels.integrator import HalfState
 from hma_gripper_sim.kernels.mode_search import find_modes
 from hma_gripper_sim.kernels.radau import (
-    RadauWork,
+    RadauWorkspace,
     guess_first,
     guess_next,
     powers,
     radau_step,
-    radau_work,
+    radau_workspace,
 )
 from hma_gripper_sim.kernels.radau_contact import solve_dense
 from hma_gripper_sim.kernels.radau_method import (
@@ -86,46 +86,46 @@ class End(NamedTuple):
     stick: float  # friction force of the acceleration-level constraint [N]
 
 
-def balance(model: Model, state: HalfState, work: RadauWork) -> float:
+def balance(model: Model, state: HalfState, workspace: RadauWorkspace) -> float:
     """Accelerations and stick forces of a state, into it; returns the load."""
     assert solve_accelerations(
         model,
-        work.base,
+        workspace.base,
         state.q,
         state.v,
         state.modes,
         state.a,
-        work.chain,
-        work.tip,
-        work.tangent.real,
-        work.tangent.real_side,
-        work.contacts.work,
+        workspace.chain,
+        workspace.tip,
+        workspace.tangent.real,
+        workspace.tangent.real_side,
+        workspace.contacts.stage,
     )
-    state.modes.stick_force[:] = work.contacts.work.friction_force
-    return float(work.tip.root_force[0])
+    state.modes.stick_force[:] = workspace.contacts.stage.friction_force
+    return float(workspace.tip.root_force[0])
 
 
 def run_steps(model: Model, motion: Motion, start: HalfState, steps: int) -> End:
     """Take steps of the same length, contact modes held."""
-    state, work = copy_state(start), radau_work(model)
+    state, workspace = copy_state(start), radau_workspace(model)
     h = (motion.time[1] - motion.time[0]) / steps
-    base_motion(motion, 0, motion.time[0], work.base)
-    balance(model, state, work)
+    base_motion(motion, 0, motion.time[0], workspace.base)
+    balance(model, state, workspace)
     load = 0.0
     for i in range(steps):
         t = motion.time[0] + i * h
         if i == 0:
-            wrench = work.contacts.work.wrench.copy()
-            guess_first(h, state.a, wrench, state.modes, work.stages.z, work.contacts)
+            wrench = workspace.contacts.stage.wrench.copy()
+            guess_first(h, state.a, wrench, state.modes, workspace.stages.z, workspace.contacts)
         else:
-            guess_next(1.0, work.stages.z, work.contacts)
+            guess_next(1.0, workspace.stages.z, workspace.contacts)
         stretch = Stretch(motion, 0, t, h)
-        assert radau_step(model, stretch, ACCURACY, 0.4, state.q, state.v, state.modes, work)
-        state.q[:], state.v[:] = work.stages.q[2], work.stages.v[2]
-        state.a[:] = work.stages.a[2]
-        base_motion(motion, 0, t + h, work.base)
-        load = balance(model, state, work)
-    friction = float(work.contacts.work.friction_force[0])
+        assert radau_step(model, stretch, ACCURACY, 0.4, state.q, state.v, state.modes, workspace)
+        state.q[:], state.v[:] = workspace.stages.q[2], workspace.stages.v[2]
+        state.a[:] = workspace.stages.a[2]
+        base_motion(motion, 0, t + h, workspace.base)
+        load = balance(model, state, workspace)
+    friction = float(workspace.contacts.stage.friction_force[0])
     return End(np.cumsum(state.q), np.cumsum(state.v), load, friction)
 
 
@@ -166,16 +166,16 @@ def test_accelerations_of_a_state(duration: float) -> None:
     """
     scene, state = pressed(0.6, duration, slip_velocity=1e-3)
     assert state.modes.normal[0] == (OPEN if duration < 0.2 else CLOSED)
-    model, work = scene.models[0], radau_work(scene.models[0])
-    work.base[:] = -SPEED * duration, -SPEED, 0.0
+    model, workspace = scene.models[0], radau_workspace(scene.models[0])
+    workspace.base[:] = -SPEED * duration, -SPEED, 0.0
     state.v[:] += np.random.default_rng(1).normal(scale=1e-3, size=len(state.v))  # rad/s
     state.a[:] = 0.0
-    balance(model, state, work)
+    balance(model, state, workspace)
     angles = np.cumsum(model.chain.rest + state.q)
     expected = rates(
         equations(scene, 1e-3),
-        work.base[0],
-        work.base[1],
+        workspace.base[0],
+        workspace.base[1],
         np.concatenate((angles, np.cumsum(state.v))),
     )[len(angles) :]
     np.testing.assert_allclose(np.cumsum(state.a), expected, atol=1e-6 * np.abs(expected).max())
@@ -188,18 +188,18 @@ def test_stick_of_a_state_does_not_start_to_slip() -> None:
     that the same state has with the contact's accelerations left out.
     """
     scene, state = pressed(3.0, 0.4)
-    model, work = scene.models[0], radau_work(scene.models[0])
+    model, workspace = scene.models[0], radau_workspace(scene.models[0])
 
     def slip_after(dt: float, accelerations: np.ndarray) -> float:
         moved = copy_state(state)
         moved.q[:] += dt * state.v + 0.5 * dt * dt * accelerations
         moved.v[:] += dt * accelerations
-        work.base[:] = -SPEED * (0.4 + dt) - dt * dt, -SPEED - 2.0 * dt, -2.0
-        balance(model, moved, work)
-        return float(work.contacts.work.slip[0])
+        workspace.base[:] = -SPEED * (0.4 + dt) - dt * dt, -SPEED - 2.0 * dt, -2.0
+        balance(model, moved, workspace)
+        return float(workspace.contacts.stage.slip[0])
 
-    work.base[:] = -SPEED * 0.4, -SPEED, -2.0
-    balance(model, state, work)
+    workspace.base[:] = -SPEED * 0.4, -SPEED, -2.0
+    balance(model, state, workspace)
     dt = 1e-6
     nothing = np.zeros_like(state.a)
     slopes = []
@@ -213,16 +213,16 @@ def test_stick_of_a_state_does_not_start_to_slip() -> None:
 def test_collocation_polynomial() -> None:
     """The slope of a step's angles is their rate at each stage."""
     scene, state = pressed(3.0, 0.4)
-    model, work = scene.models[0], radau_work(scene.models[0])
+    model, workspace = scene.models[0], radau_workspace(scene.models[0])
     motion, h = accelerate(0.4, 0.01, 2.0), 1e-3
-    guess_first(h, state.a, state.wrench, state.modes, work.stages.z, work.contacts)
+    guess_first(h, state.a, state.wrench, state.modes, workspace.stages.z, workspace.contacts)
     stretch = Stretch(motion, 0, 0.4, h)
-    assert radau_step(model, stretch, 1e-9, 0.4, state.q, state.v, state.modes, work)
+    assert radau_step(model, stretch, 1e-9, 0.4, state.q, state.v, state.modes, workspace)
     for j, before in enumerate(state.v):
-        angle = Polynomial([0.0, *powers(*work.stages.z[:, j])])  # beyond going on at `before`
-        np.testing.assert_allclose(angle(NODES), work.stages.z[:, j], atol=1e-14)
+        angle = Polynomial([0.0, *powers(*workspace.stages.z[:, j])])  # beyond going on at `before`
+        np.testing.assert_allclose(angle(NODES), workspace.stages.z[:, j], atol=1e-14)
         slope = before + angle.deriv()(NODES) / h
-        np.testing.assert_allclose(slope, work.stages.v[:, j], atol=1e-11)
+        np.testing.assert_allclose(slope, workspace.stages.v[:, j], atol=1e-11)
 
 
 def test_a_step_that_finds_modes_is_not_longer_than_it_may_be() -> None:
@@ -232,14 +232,18 @@ def test_a_step_that_finds_modes_is_not_longer_than_it_may_be() -> None:
     carried along receives it.
     """
     scene, state = pressed(0.3, 0.4)
-    model, work, buffers = scene.models[0], radau_work(scene.models[0]), allocate(scene.models[0])
-    error, margin = error_work(len(state.q), 1), np.zeros((1, 2))
+    model, workspace, buffers = (
+        scene.models[0],
+        radau_workspace(scene.models[0]),
+        allocate(scene.models[0]),
+    )
+    error, margin = error_workspace(len(state.q), 1), np.zeros((1, 2))
     start, stretch = copy_state(state), Stretch(accelerate(0.4, 0.1, 2.0), 0, 0.4, 0.01)
-    off = find_modes(model, stretch, 1e-9, state, buffers, work, error, margin)
+    off = find_modes(model, stretch, 1e-9, state, buffers, workspace, error, margin)
     assert 1e-9 < off < np.inf
     for before, after in zip(start, state, strict=True):
         np.testing.assert_equal(after, before)
-    assert find_modes(model, stretch, np.inf, state, buffers, work, error, margin) == off
+    assert find_modes(model, stretch, np.inf, state, buffers, workspace, error, margin) == off
     change = np.cumsum(state.v - start.v)
     assert off == pytest.approx(0.005 * np.abs(change).max(), rel=1e-12)
     np.testing.assert_allclose(error.angle, -0.005 * (state.v - start.v), rtol=1e-12)
@@ -302,4 +306,6 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
     assert max(old.modes.normal) == CLOSED
     np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.force_scale[0])
     np.testing.assert_allclose(np.cumsum(new.q), np.cumsum(old.q), atol=1e-6)
-    np.testing.assert_allclose(new.work, old.work, atol=1e-4 * np.abs(old.work).max())
+    np.testing.assert_allclose(
+        new.workspace, old.workspace, atol=1e-4 * np.abs(old.workspace).max()
+    )

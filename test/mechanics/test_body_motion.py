@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene
-from hma_gripper_sim.kernels.chain import Chain, chain_work, place, tip_response
+from hma_gripper_sim.kernels.chain import Chain, chain_workspace, place, tip_response
 from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.mechanics.body_motion import body_motion
 from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
@@ -50,15 +50,17 @@ def test_the_solver_has_the_same_poses_and_the_same_inertia_forces(chain: Chain)
     """Its loads are -m (acceleration + g) at the centres of gravity, the base's motion included."""
     n = len(chain.rest)
     q, v, a = random_state(n)
-    work, tip = chain_work(n), tip_response()
-    place(chain, np.array([-0.02, -0.3, 5.0]), 9.81, q, v, a, work, tip)
+    workspace, tip = chain_workspace(n), tip_response()
+    place(chain, np.array([-0.02, -0.3, 5.0]), 9.81, q, v, a, workspace, tip)
     motion = body_motion(chain, q, v, a)
     assert complex(*tip.pose[:2]) == pytest.approx(motion.joint[-1] - 0.02j, abs=1e-15)
     arms = motion.centre - motion.joint
-    np.testing.assert_allclose(work.arm @ (1.0, 1j), arms, rtol=0.0, atol=1e-16)
+    np.testing.assert_allclose(workspace.arm @ (1.0, 1j), arms, rtol=0.0, atol=1e-16)
     loads = -chain.mass * (motion.centre_acceleration + 1j * (5.0 + 9.81))
     scale = np.abs(loads).max()
-    np.testing.assert_allclose(work.load[:, :2] @ (1.0, 1j), loads, rtol=0.0, atol=1e-12 * scale)
+    np.testing.assert_allclose(
+        workspace.load[:, :2] @ (1.0, 1j), loads, rtol=0.0, atol=1e-12 * scale
+    )
 
 
 def test_velocities_and_accelerations_are_the_rates_of_places(chain: Chain) -> None:

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from hma_gripper_sim import Circle, GripperDesign, InputError, Scene, Simulation
 from hma_gripper_sim.cli.main import cli
-from hma_gripper_sim.kernels.chain import chain_work, place, tip_response
+from hma_gripper_sim.kernels.chain import chain_workspace, place, tip_response
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.results.gripper_outline import gripper_outline
 from hma_gripper_sim.results.robot_description import MOUNT, gripper_urdf
@@ -68,14 +68,14 @@ def check_places(scene: Scene, robot, positions: np.ndarray) -> None:
     robot.update_cfg(dict(zip(scene.joint_names, positions, strict=True)))
     frames = {name: robot.get_transform(link(name), MOUNT) for name in scene.joint_names}
     chain, n = scene.half.chain, scene.half.chain.rest.size
-    work, tip, zero = chain_work(n), tip_response(), np.zeros(n)
+    workspace, tip, zero = chain_workspace(n), tip_response(), np.zeros(n)
     for columns, mirror in zip(scene.joint_columns, (1.0, -1.0), strict=True):
         q = mirror * positions[columns]
-        place(chain, np.array([-positions[0], 0.0, 0.0]), 9.81, q, zero, zero, work, tip)
+        place(chain, np.array([-positions[0], 0.0, 0.0]), 9.81, q, zero, zero, workspace, tip)
         joints = (
             chain.root
             - (0.0, positions[0])
-            + np.cumsum(np.vstack([np.zeros(2), work.step[:-1]]), axis=0)
+            + np.cumsum(np.vstack([np.zeros(2), workspace.link[:-1]]), axis=0)
         )
         names = [scene.joint_names[column] for column in columns]
         ours = in_plane([frames[name][:3, 3] for name in names])
@@ -88,7 +88,9 @@ def check_places(scene: Scene, robot, positions: np.ndarray) -> None:
         centres = [
             (frames[name] @ robot.link_map[link(name)].inertial.origin)[:3, 3] for name in names
         ]
-        assert in_plane(centres) * (mirror, 1.0) == pytest.approx(joints + work.arm, abs=TOLERANCE)
+        assert in_plane(centres) * (mirror, 1.0) == pytest.approx(
+            joints + workspace.arm, abs=TOLERANCE
+        )
     check_outline(scene, robot, frames, positions)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import Circle, GripperDesign, Scene, Simulation
-from hma_gripper_sim.kernels.chain import chain_work, place, tip_response
+from hma_gripper_sim.kernels.chain import chain_workspace, place, tip_response
 from hma_gripper_sim.mechanics.discretisations.by_name import DISCRETISATIONS
 from hma_gripper_sim.results.contact_forces import contact_forces
 from hma_gripper_sim.results.gripper_outline import gripper_outline
@@ -39,10 +39,10 @@ def solved_axis(simulation: Simulation) -> tuple[np.ndarray, complex]:
     """Ends of the right tip's capsule and the last joint (x + i z) [m], by the solver's sweep."""
     scene, state = simulation.scene, simulation.snapshot().halves[0]
     n = len(state.q)
-    work, tip = chain_work(n), tip_response()
+    workspace, tip = chain_workspace(n), tip_response()
     chain = scene.half.chain
     base = np.array([-simulation.travel, -simulation.velocity, 0.0])
-    place(chain, base, scene.gravity, state.q, state.v, state.a, work, tip)
+    place(chain, base, scene.gravity, state.q, state.v, state.a, workspace, tip)
     capsule = np.array([scene.design.tip.capsule_start, scene.design.tip.capsule_end])
     joint = complex(*tip.pose[:2])
     along = (capsule + scene.half.tip_origin) @ (1.0, 1j)
@@ -94,11 +94,11 @@ def test_the_chord_is_between_the_solvers_ends_of_the_beam(pressed: Simulation) 
     scene, state = pressed.scene, pressed.snapshot().halves[0]
     half, chain = scene.half, scene.half.chain
     n = len(state.q)
-    work, tip = chain_work(n), tip_response()
-    place(chain, np.zeros(3), scene.gravity, state.q, state.v, state.a, work, tip)
+    workspace, tip = chain_workspace(n), tip_response()
+    place(chain, np.zeros(3), scene.gravity, state.q, state.v, state.a, workspace, tip)
     angles = np.cumsum(state.q + chain.rest)
     body, point = half.beam_start
-    steps = work.step[body : n - 1] @ (1.0, 1j)  # slides of the joints they lead to included
+    steps = workspace.link[body : n - 1] @ (1.0, 1j)  # slides of the joints they lead to included
     start = complex(*tip.pose[:2]) - steps.sum() + complex(*point) * np.exp(1j * angles[body])
     end = complex(*tip.pose[:2]) + complex(*half.beam_end[1]) * np.exp(1j * tip.pose[2])
     chord = np.pi + np.angle(end - start)
