@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hma_gripper_sim.errors import InputError
-    from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
+    from hma_gripper_sim.mechanics.outcome import (
+        Outcome,
+        SimulationError,
+        SolverStats,
+        ToleranceWarning,
+    )
     from hma_gripper_sim.mechanics.scene import Scene
     from hma_gripper_sim.mechanics.states import Snapshot
     from hma_gripper_sim.model.contours.base import Contour
@@ -51,6 +56,7 @@ __all__ = [
     "Snapshot",
     "SolverStats",
     "Tip",
+    "ToleranceWarning",
     "Trace",
     "UnmodelledContactWarning",
     "config_directory",
@@ -70,7 +76,7 @@ _MODULES = {
     "results.validity": ("Finding", "Severity"),
     "results.error_estimate": ("ErrorEstimate",),
     "mechanics.states": ("Snapshot",),
-    "mechanics.outcome": ("Outcome", "SimulationError", "SolverStats"),
+    "mechanics.outcome": ("Outcome", "SimulationError", "SolverStats", "ToleranceWarning"),
     "simulation.simulation": ("Simulation", "simulate"),
     "simulation.state": ("SimulationState",),
     "simulation.trace": ("Trace",),

@@ -51,6 +51,23 @@ class SimulationError(RuntimeError):
         super().__init__(f"{outcome.value} at t = {time:.6g} s: {outcome.remedy}")
 
 
+class ToleranceWarning(UserWarning):
+    """A run whose estimated error is beyond its tolerance, whatever smaller steps did.
+
+    Attributes
+    ----------
+    excess
+        Estimated error relative to the tolerance.
+    """
+
+    def __init__(self, excess: float) -> None:
+        self.excess = excess
+        super().__init__(
+            f"the error is estimated as {excess:.2g} times the tolerance: the scene makes small "
+            "errors grow by more than smaller steps could make up for"
+        )
+
+
 @dataclass(frozen=True)
 class SolverStats:
     """What a run cost and how it ended.
@@ -83,6 +100,11 @@ class SolverStats:
     estimated_error: float
     tolerance: float
     wall_time: float
+
+    @property
+    def excess(self) -> float:
+        """Estimated error relative to the tolerance."""
+        return self.estimated_error / self.tolerance
 
     @property
     def converged(self) -> bool:

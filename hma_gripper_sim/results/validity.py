@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError
+from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, ToleranceWarning
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.model.gripper import GripperDesign
 from hma_gripper_sim.results.contact_warnings import PenetrationWarning, is_deep
@@ -77,10 +77,7 @@ def _of_run(scene: Scene, observed: Observed) -> list[Finding]:
         text = str(SimulationError(observed.outcome, observed.end))
         found.append(Finding("outcome", Severity.ERROR, text, observed.end))
     if observed.excess > 1.0:
-        text = (
-            f"the error is estimated as {observed.excess:.2g} times the tolerance: the scene makes "
-            "small errors grow by more than smaller steps could make up for"
-        )
+        text = str(ToleranceWarning(observed.excess))
         found.append(Finding("tolerance", Severity.WARNING, text))
     for touch in observed.touches:
         found.append(Finding("unmodelled_contact", Severity.WARNING, str(touch), touch.time))

@@ -35,7 +35,12 @@ from hma_gripper_sim.kernels.radau_integrator import (
 )
 from hma_gripper_sim.kernels.stage import Model, allocate
 from hma_gripper_sim.mechanics.asked_accuracy import stepping_tolerance
-from hma_gripper_sim.mechanics.outcome import Outcome, SimulationError, SolverStats
+from hma_gripper_sim.mechanics.outcome import (
+    Outcome,
+    SimulationError,
+    SolverStats,
+    ToleranceWarning,
+)
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
 from hma_gripper_sim.mechanics.states import HalfRecord, Snapshot
@@ -79,14 +84,16 @@ class Half:
         self.model = model
         self.workspace = allocate(model)
         points, candidates = len(model.fingertip.points), len(self.workspace.contact.normal_force)
-        self.tick_scratch = tick_workspace(model.chain.rest.size, points, candidates)
-        self.run_scratch = run_workspace(model)
+        self.tick_workspace = tick_workspace(model.chain.rest.size, points, candidates)
+        self.run_workspace = run_workspace(model)
         self.state = state  # never changed in place: it may be anyone's snapshot
 
     def tick(self, motion: Motion, tolerance: float) -> Outcome:
         """Step to the end of `motion` from whatever state, as cheaply as a short motion allows."""
         state = copy_state(self.state)
-        status = integrate(self.model, motion, tolerance, state, self.workspace, self.tick_scratch)
+        status = integrate(
+            self.model, motion, tolerance, state, self.workspace, self.tick_workspace
+        )
         self.state = state
         return OUTCOMES[status]
 
@@ -117,7 +124,7 @@ class Half:
         state = copy_state(self.state)
         record = _empty_record(state)
         filled = 1
-        scratch = self.run_scratch
+        scratch = self.run_workspace
         scratch.going[0] = 0.0
         clear_error(scratch.error, asked)
         while True:
@@ -270,6 +277,8 @@ class Simulation:
         if not trace.stats.converged:
             error = SimulationError(trace.stats.outcome, float(trace.time[-1]))
             warnings.warn(str(error), RuntimeWarning, stacklevel=2)
+        if trace.stats.converged and trace.stats.excess > 1.0:
+            warnings.warn(ToleranceWarning(trace.stats.excess), stacklevel=2)
         for touch in trace.warnings:
             warnings.warn(touch, stacklevel=2)
         if is_deep(self._scene, trace.max_penetration):

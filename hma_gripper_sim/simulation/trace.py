@@ -285,7 +285,7 @@ class Trace:
             penetration_time=self.penetration_time,
             stress_ratio=float(ratio.max()),
             overstress_time=float(self.time[over[0]]) if len(over) else None,
-            excess=self.stats.estimated_error / self.stats.tolerance,
+            excess=self.stats.excess,
         )
 
     @cached_property

@@ -96,14 +96,16 @@ def test_events_are_expected_where_their_margin_is_used_up(
     before, after, event = EVENTS[name]
     scene = Scene(design, Circle(0.015))
     half = Half(scene.models[0], copy_state(scene.start_states[0]))
-    state, modes, inner = half.state, half.work.contact.modes, half.tick_scratch.modes
+    state, modes, inner = half.state, half.workspace.contact.modes, half.tick_workspace.modes
     state.modes.normal[0], state.modes.friction[0] = before
     modes.normal[0], modes.friction[0] = after
     inner.normal[0], inner.friction[0] = before if known else after
     state.margin[0, event], h = 0.6, 5e-3
     falls_known = known and name != "touch"  # the rate of a gap is known exactly
     state.drift[0, event] = -50.0 if falls_known else -200.0
-    half.tick_scratch.margin[0, 0, event] = 0.6 - 200.0 * GAMMA * h
-    assert time_to_event(h, state, half.work, half.tick_scratch) == pytest.approx(3e-3, rel=1e-12)
+    half.tick_workspace.margin[0, 0, event] = 0.6 - 200.0 * GAMMA * h
+    assert time_to_event(h, state, half.workspace, half.tick_workspace) == pytest.approx(
+        3e-3, rel=1e-12
+    )
     modes.normal[0], modes.friction[0] = before
-    assert time_to_event(h, state, half.work, half.tick_scratch) == np.inf
+    assert time_to_event(h, state, half.workspace, half.tick_workspace) == np.inf

@@ -306,6 +306,4 @@ def test_run_against_the_second_order_method(contour: Contour, contact: str) -> 
     assert max(old.modes.normal) == CLOSED
     np.testing.assert_allclose(new.load, old.load, atol=1e-5 * old.force_scale[0])
     np.testing.assert_allclose(np.cumsum(new.q), np.cumsum(old.q), atol=1e-6)
-    np.testing.assert_allclose(
-        new.workspace, old.workspace, atol=1e-4 * np.abs(old.workspace).max()
-    )
+    np.testing.assert_allclose(new.work, old.work, atol=1e-4 * np.abs(old.work).max())
