@@ -13,9 +13,7 @@ from hma_gripper_benchmarks.dense import equations, rates
 from hma_gripper_sim.kernels.accelerations import solve_accelerations
 from hma_gripper_sim.kernels.base_motion import Motion, Stretch, base_motion
 from hma_gripper_sim.kernels.contact_law import CLOSED, OPEN, SLIP_LEFT, STICK
-from hma_gripper_sim.kernels.error_propagation import error_workspace
 from hma_gripper_sim.kernels.integrator import HalfState
-from hma_gripper_sim.kernels.mode_search import find_modes
 from hma_gripper_sim.kernels.radau import (
     RadauWorkspace,
     guess_first,
@@ -36,7 +34,7 @@ from hma_gripper_sim.kernels.radau_method import (
     TO_COMPLEX,
     TO_REAL,
 )
-from hma_gripper_sim.kernels.stage import Model, allocate
+from hma_gripper_sim.kernels.stage import Model
 from hma_gripper_sim.mechanics.outcome import Outcome
 from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.mechanics.start_pose import copy_state
@@ -223,30 +221,6 @@ def test_collocation_polynomial() -> None:
         np.testing.assert_allclose(angle(NODES), workspace.stages.z[:, j], atol=1e-14)
         slope = before + angle.deriv()(NODES) / h
         np.testing.assert_allclose(slope, workspace.stages.v[:, j], atol=1e-11)
-
-
-def test_a_step_that_finds_modes_is_not_longer_than_it_may_be() -> None:
-    """One that is off by more than is allowed changes nothing; one that is allowed goes on.
-
-    What it is off by is half its length times the change of a body's rate, and the error that is
-    carried along receives it.
-    """
-    scene, state = pressed(0.3, 0.4)
-    model, workspace, buffers = (
-        scene.models[0],
-        radau_workspace(scene.models[0]),
-        allocate(scene.models[0]),
-    )
-    error, margin = error_workspace(len(state.q), 1), np.zeros((1, 2))
-    start, stretch = copy_state(state), Stretch(accelerate(0.4, 0.1, 2.0), 0, 0.4, 0.01)
-    off = find_modes(model, stretch, 1e-9, state, buffers, workspace, error, margin)
-    assert 1e-9 < off < np.inf
-    for before, after in zip(start, state, strict=True):
-        np.testing.assert_equal(after, before)
-    assert find_modes(model, stretch, np.inf, state, buffers, workspace, error, margin) == off
-    change = np.cumsum(state.v - start.v)
-    assert off == pytest.approx(0.005 * np.abs(change).max(), rel=1e-12)
-    np.testing.assert_allclose(error.angle, -0.005 * (state.v - start.v), rtol=1e-12)
 
 
 def test_coefficients() -> None:
