@@ -56,7 +56,8 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 REPEATS = 3  # of a run whose estimated error is beyond the tolerance
-AIM, TIGHTER, TIGHTEST = 0.5, 0.3, 0.03  # of the excess; how much lower the next tolerance is
+DOUBT = 0.5  # of the tolerance: estimated errors beyond may be beyond the tolerance in truth
+AIM, TIGHTER, TIGHTEST = 0.25, 0.3, 0.03  # of the excess; how much lower the next tolerance is
 LONG_RUN = 10_000  # steps: one that takes more is not repeated with yet smaller ones
 FINEST = 1e-8  # tolerance that rounding lets through
 ROWS = 256  # of the record of a run before it first grows
@@ -109,7 +110,7 @@ class Half:
             done = run.outcome is Outcome.CONVERGED
             excess = run.error / tolerance if done else 1.0 / TIGHTER
             long = len(run.record.time) > LONG_RUN
-            if (done and excess <= 1.0) or stepping <= FINEST or long:
+            if (done and excess <= DOUBT) or stepping <= FINEST or long:
                 break
             stepping = max(FINEST, stepping * max(TIGHTEST, min(TIGHTER, AIM / excess)))
             self.state = start
