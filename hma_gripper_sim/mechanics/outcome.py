@@ -48,7 +48,10 @@ class SimulationError(RuntimeError):
     def __init__(self, outcome: Outcome, time: float) -> None:
         self.outcome = outcome
         self.time = time
-        super().__init__(f"{outcome.value} at t = {time:.6g} s: {outcome.remedy}")
+        super().__init__(outcome, time)
+
+    def __str__(self) -> str:
+        return f"{self.outcome.value} at t = {self.time:.6g} s: {self.outcome.remedy}"
 
 
 class ToleranceWarning(UserWarning):
@@ -62,9 +65,12 @@ class ToleranceWarning(UserWarning):
 
     def __init__(self, excess: float) -> None:
         self.excess = excess
-        super().__init__(
-            f"the error is estimated as {excess:.2g} times the tolerance: the scene makes small "
-            "errors grow by more than smaller steps could make up for"
+        super().__init__(excess)
+
+    def __str__(self) -> str:
+        return (
+            f"the error is estimated as {self.excess:.2g} times the tolerance: the scene makes "
+            "small errors grow by more than smaller steps could make up for"
         )
 
 

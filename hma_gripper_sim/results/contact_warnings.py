@@ -37,12 +37,16 @@ class UnmodelledContactWarning(UserWarning):
         self.side = side
         self.time = time
         self.place = place
-        tips = part == OTHER_TIP_NAME
+        super().__init__(part, side, time, place)
+
+    def __str__(self) -> str:
+        tips = self.part == OTHER_TIP_NAME
         what = "each other" if tips else "the object"
-        subject = "the tips" if tips else f"the {side} {part}"
-        super().__init__(
-            f"{subject} would touch {what} at t = {time:.4g} s, "
-            f"x = {1e3 * place[0]:.3g} mm, z = {1e3 * place[1]:.3g} mm: "
+        subject = "the tips" if tips else f"the {self.side} {self.part}"
+        x, z = self.place
+        return (
+            f"{subject} would touch {what} at t = {self.time:.4g} s, "
+            f"x = {1e3 * x:.3g} mm, z = {1e3 * z:.3g} mm: "
             "not modelled, the results from there on are not to be trusted"
         )
 
@@ -62,14 +66,17 @@ class PenetrationWarning(UserWarning):
     """
 
     def __init__(self, scene: Scene, depth: float, time: float) -> None:
-        radius = scene.design.tip.radius
         self.depth = depth
         self.time = time
-        self.stiffness = MORE * scene.normal_stiffness * depth / (SHALLOW * radius)
-        super().__init__(
-            f"a tip sinks {1e3 * depth:.3g} mm into the object at t = {time:.4g} s, more than "
-            f"{100.0 * SHALLOW:g} % of its radius of {1e3 * radius:.3g} mm: the contact's place "
-            "and direction are not to be trusted; "
+        self.stiffness = MORE * scene.normal_stiffness * depth / (SHALLOW * scene.design.tip.radius)
+        super().__init__(scene, depth, time)
+
+    def __str__(self) -> str:
+        radius = self.args[0].design.tip.radius
+        return (
+            f"a tip sinks {1e3 * self.depth:.3g} mm into the object at t = {self.time:.4g} s, more "
+            f"than {100.0 * SHALLOW:g} % of its radius of {1e3 * radius:.3g} mm: the contact's "
+            "place and direction are not to be trusted; "
             f"normal_stiffness={_rounded_up(self.stiffness):g} N/m would do"
         )
 

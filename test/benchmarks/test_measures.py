@@ -87,7 +87,7 @@ def test_a_verdict_names_every_defect():
 def test_a_chaotic_motion_is_judged_by_its_own_sensitivity():
     chaotic = Verdict(Outcome.CONVERGED, 0.2, 0.3, 0.0, True, 1, 0, 0.1)
     assert chaotic.failures == ()
-    worse = dataclasses.replace(chaotic, deviation=0.7)
+    worse = dataclasses.replace(chaotic, deviation=0.95)
     assert len(worse.failures) == 1
     unknown = dataclasses.replace(chaotic, sensitivity=math.nan)
     assert len(unknown.failures) == 1

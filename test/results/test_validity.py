@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import pickle
 import warnings
 
 import pytest
@@ -12,14 +13,18 @@ from hma_gripper_sim import (
     Contour,
     Finding,
     GripperDesign,
+    InputError,
+    Outcome,
     PenetrationWarning,
     RoundedBox,
     Scene,
     Severity,
+    SimulationError,
+    ToleranceWarning,
     Trace,
+    UnmodelledContactWarning,
     simulate,
 )
-from hma_gripper_sim.mechanics.outcome import Outcome
 from hma_gripper_sim.results.error_estimate import ErrorEstimate
 from hma_gripper_sim.results.observation import join
 from hma_gripper_sim.results.validity import findings, remarks
@@ -175,3 +180,18 @@ def test_parts_of_a_run_are_judged_together(design: GripperDesign) -> None:
     assert (joined.penetration, joined.penetration_time) == (3e-4, 0.7)
     assert joined.overstress_time == 0.9
     assert join([one]) == one
+
+
+def test_warnings_and_errors_pass_between_processes() -> None:
+    """Pickled and read again they say the same: a pool of processes hands them on."""
+    scene = Scene(GripperDesign.thesis_2013(), Circle(0.015))
+    for said in (
+        ToleranceWarning(2.5),
+        PenetrationWarning(scene, 0.003, 1.0),
+        UnmodelledContactWarning("top beam", "right", 1.0, (0.001, -0.02)),
+        SimulationError(Outcome.STEP_TOO_SMALL, 1.5),
+        InputError("must be positive", field="contour.width", source="a.yaml"),
+    ):
+        again = pickle.loads(pickle.dumps(said))
+        assert (type(again), str(again)) == (type(said), str(said))
+        assert {**vars(again)} == {**vars(said)}
