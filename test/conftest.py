@@ -6,12 +6,21 @@ import os
 
 import pytest
 
-from hma_gripper_sim import Circle, GripperDesign, RoundedBox
+from hma_gripper_sim import Circle, GripperDesign, RoundedBox, Scene, Simulation
 
 pytest_plugins = ["made_up_logs"]
 
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # read when the message modules are imported
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the solver before processes of tests begin, each of which would do so itself."""
+    config = session.config
+    if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
+        simulation = Simulation(Scene(GripperDesign.thesis_2013(), Circle(radius=0.015)))
+        simulation.step(0.002, 0.004)
+        simulation.advance(0.01, 0.004)
 
 
 @pytest.fixture(scope="session")

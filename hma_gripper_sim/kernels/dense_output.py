@@ -37,3 +37,35 @@ def add_load(at: Array, time: Array, load: Array, total: Array) -> None:
             a, b, c = powers(load[row, 0] - f, load[row, 1] - f, load[row, 2] - f)
         theta = (at[i] - start) / h
         total[i] += f + theta * (a + theta * (b + theta * c))
+
+
+@kernel
+def hermite(at: Array, time: Array, rows: Array, rates: Array, out: Array) -> None:
+    """Cubic interpolation of `rows` with given rates.
+
+    Parameters
+    ----------
+    at
+        Ascending, within the record [s], shape (n_samples,).
+    time, rows, rates
+        Of the record, shapes (r,), (r, n) and (r, n).
+    out
+        Receives the result, shape (n_samples, n).
+    """
+    row = 0
+    for i in range(at.size):
+        while row < time.size - 2 and time[row + 1] <= at[i]:
+            row += 1
+        if time.size == 1:
+            for j in range(rows.shape[1]):
+                out[i, j] = rows[0, j]
+            continue
+        h = time[row + 1] - time[row]
+        share = (at[i] - time[row]) / h
+        rise = share * share * (3.0 - 2.0 * share)
+        early = h * share * (1.0 - share) * (1.0 - share)
+        late = h * share * share * (share - 1.0)
+        for j in range(rows.shape[1]):
+            first, last = rows[row, j], rows[row + 1, j]
+            out[i, j] = first + rise * (last - first)
+            out[i, j] += early * rates[row, j] + late * rates[row + 1, j]

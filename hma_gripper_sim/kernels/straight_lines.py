@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @kernel
-def swinging_door(time: Array, value: Array, tolerance: float, kept: NDArray[np.intp]) -> int:
+def trend_corners(time: Array, value: Array, tolerance: float, kept: NDArray[np.intp]) -> int:
     """Choose points so that straight lines between them miss no other by more than `tolerance`.
 
     Parameters

@@ -11,7 +11,7 @@ from scipy.interpolate import PPoly
 
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.base_motion import Motion, add_up_travel
-from hma_gripper_sim.kernels.straight_lines import swinging_door
+from hma_gripper_sim.kernels.straight_lines import trend_corners
 from hma_gripper_sim.motion.velocity_function import sampled
 from hma_gripper_sim.units import quantity
 
@@ -145,7 +145,7 @@ def through_points(time: Array, travel: Array, tolerance: float) -> Motion:
         [m]
     """
     rows = np.empty(len(time), dtype=np.intp)
-    rows = rows[: swinging_door(time, travel, tolerance, rows)]
+    rows = rows[: trend_corners(time, travel, tolerance, rows)]
     corners, reached = time[rows], travel[rows]
     velocity = np.diff(reached) / np.diff(corners)
     return Motion(corners, reached, velocity[:, None], np.ones(len(velocity), dtype=np.bool_))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import PARTS, part_gaps, place_segments
-from hma_gripper_sim.kernels.dense_output import add_load
+from hma_gripper_sim.kernels.dense_output import add_load, hermite
 from hma_gripper_sim.kernels.error_propagation import clear_error
 from hma_gripper_sim.kernels.integrator import (
     COARSEST,
@@ -556,6 +556,7 @@ def _load_machine_code() -> None:
     """
     follow(lambda t: abs(t - 0.03) if t < 0.07 else 0.0, 0.0, 0.0, 0.1)  # a kink and a jump
     add_load(np.zeros(1), np.arange(2.0), np.zeros((2, 3)), np.zeros(1))
+    hermite(np.zeros(1), np.arange(2.0), *np.zeros((3, 2, 1)))
 
 
 def _moved(model: Model, move: tuple[float, float]) -> Model:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+from scipy.interpolate import PchipInterpolator
 
 from hma_gripper_sim.kernels.base_motion import Motion
 from hma_gripper_sim.kernels.clearance import Recorded
-from hma_gripper_sim.kernels.dense_output import add_load
+from hma_gripper_sim.kernels.dense_output import add_load, hermite
 from hma_gripper_sim.kernels.penetration import deepest_penetration
 from hma_gripper_sim.mechanics.body_motion import body_motion
 from hma_gripper_sim.mechanics.half_gripper import HalfGripper
@@ -373,7 +373,9 @@ def _divided(motion: Motion, record: HalfRecord) -> Array:
 
 
 def _hermite(at: Array, time: Array, rows: Array, rates: Array) -> Array:
-    """Cubic interpolation of `rows` with given rates; a run may have ended with its first row."""
-    if len(time) == 1:
-        return np.repeat(rows, len(at), axis=0)
-    return np.asarray(CubicHermiteSpline(time, rows, rates)(at))
+    """Cubic interpolation of `rows`, shape (r,) or (r, n), with given rates."""
+    if rows.ndim == 1:
+        return _hermite(at, time, rows[:, None], rates[:, None])[:, 0]
+    found = np.empty((len(at), rows.shape[1]))
+    hermite(at, time, rows, rates, found)
+    return found

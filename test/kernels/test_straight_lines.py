@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hma_gripper_sim.kernels.straight_lines import swinging_door
+from hma_gripper_sim.kernels.straight_lines import trend_corners
 
 TOLERANCE = 0.1
 
 
 def corners(time, value, tolerance=TOLERANCE):
     kept = np.empty(len(time), dtype=np.intp)
-    return kept[: swinging_door(time, value, tolerance, kept)]
+    return kept[: trend_corners(time, value, tolerance, kept)]
 
 
 @settings(deadline=None)  # the kernel may have to be compiled first
