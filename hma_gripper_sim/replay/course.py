@@ -11,10 +11,11 @@ import numpy as np
 from hma_gripper_sim.errors import InputError
 from hma_gripper_sim.experiments.experiment import Segment
 from hma_gripper_sim.kernels.base_motion import Motion
-from hma_gripper_sim.kernels.drive_profile import drive_profile, settle_commands
+from hma_gripper_sim.kernels.drive_profile import settle_commands
 from hma_gripper_sim.motion.drive_limits import DriveLimits
 from hma_gripper_sim.motion.prescribed_motion import of_ticks, through_points
 from hma_gripper_sim.recordings.recording import FloatArray, Recording, Series
+from hma_gripper_sim.replay.renewals import by_tick, profile, settle_renewals
 
 FASTEST = 1.0
 """Largest velocity [m/s] that a measured travel may have: beyond it, it has jumped."""
@@ -132,9 +133,10 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
     way = _way_by_tick(recording, begin, period, count)
     logged = ticks.copy()
     velocity = _first_velocity(way, period)
-    moved = settle_commands(
-        widened.axis(period), travel, velocity, way, values, *_SLACK, _HORIZON, _EXACT, ticks
-    )
+    axis = widened.axis(period)
+    settle_commands(axis, travel, velocity, way, values, *_SLACK, _HORIZON, _EXACT, ticks)
+    settle_renewals(axis, (travel, velocity), way, values, _SLACK, _HORIZON, _EXACT, ticks)
+    moved = int(np.count_nonzero(ticks != logged))
     if moved:
         most = int(np.abs(ticks - logged).max())
         notes.append(
@@ -142,9 +144,7 @@ def commanded(recording: Recording, limits: DriveLimits, period: float) -> Cours
             f"or later than they were logged, by up to {most} tick{'s' if most > 1 else ''}"
         )
     notes += _gaps(recording, period)
-    taken = np.full(count, np.nan)
-    taken[ticks] = values
-    motion = _driven(taken, widened, period, travel, velocity)
+    motion = _driven(by_tick(count, ticks, values), widened, period, travel, velocity)
     sent = Series(period * ticks.astype(np.float64), values)
     start = recording.start + round(1e9 * begin)
     return Course("the commanded velocity", start, motion, sent, tuple(notes))
@@ -206,7 +206,7 @@ def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> 
         extra = math.ceil(ramps / period) + 2 if sign else 0
         commands = np.full(math.ceil(segment.duration / period - _EARLY) + extra, np.nan)
         commands[::renewal] = segment.velocity
-        travels, velocities = _profile(commands, limits, period, travel, velocity)
+        travels, velocities = profile(limits.axis(period), commands, travel, velocity)
         count = len(commands)
         if sign:
             reached = np.flatnonzero(sign * (travels[1:] - target) >= -_ARRIVED)
@@ -226,18 +226,8 @@ def planned(segments: Sequence[Segment], limits: DriveLimits, period: float) -> 
 def _driven(
     commands: FloatArray, limits: DriveLimits, period: float, travel: float, velocity: float
 ) -> Motion:
-    travels, velocities = _profile(commands, limits, period, travel, velocity)
+    travels, velocities = profile(limits.axis(period), commands, travel, velocity)
     return of_ticks(0.0, period, travels, velocities)
-
-
-def _profile(
-    commands: FloatArray, limits: DriveLimits, period: float, travel: float, velocity: float
-) -> tuple[FloatArray, FloatArray]:
-    """Travel [m] and velocity [m/s] of the drive at the ends of its ticks, from a start on."""
-    travels, velocities = np.empty((2, len(commands) + 1))
-    travels[0], velocities[0] = travel, velocity
-    drive_profile(limits.axis(period), commands, travels, velocities)
-    return travels, velocities
 
 
 def _gaps(recording: Recording, period: float) -> list[str]:

@@ -136,6 +136,25 @@ def test_a_log_may_begin_in_motion() -> None:
     assert course.notes == ()
 
 
+@pytest.mark.parametrize("renewed", [0.54, 0.55, 0.56, 0.57, 0.62, 0.84])
+def test_when_a_command_expired_shows_which_tick_took_its_renewal(renewed: float) -> None:
+    """A renewal changes nothing when it is taken, but half a second later, if no other follows.
+
+    The drive moves at 4 mm/s in the 50 ticks from 0.55 s on, and again in those from 1.3 s on.
+    """
+    time = 0.01 * np.arange(201, dtype=np.float64)
+    moves = (time > 0.205) & (time < 1.055) | (time > 1.305) & (time < 1.805)
+    velocity = np.where(moves, 0.004, 0.0)
+    way = 0.005 * (velocity[1:] + velocity[:-1])
+    travel = Series(time, np.concatenate([[0.0], np.cumsum(way)]))
+    commands = Series(np.array([0.2, renewed, 1.32]), np.full(3, 0.004))
+    course = commanded(recording(travel, commands), LIMITS, PERIOD)
+    followed = np.interp(time, course.motion.time, course.motion.travel)
+    assert followed == pytest.approx(travel.value, abs=2e-9)
+    moved = 2 - (round(renewed / PERIOD) == 55)
+    assert course.notes[0].startswith(f"the measured travel shows that {moved} of 3 commands")
+
+
 def test_gaps_in_a_log_are_pointed_out() -> None:
     """A pause of the node looks like this, and so does a recorder that was held up."""
     time = np.concatenate([0.01 * np.arange(50), 3.0 + 0.01 * np.arange(50)])
