@@ -144,7 +144,9 @@ def _arm(text: str, parent: str | None, own: Collection[str]) -> ET.Element:
         {item.get("name", "") for item in robot.findall(kind)} for kind in ("link", "joint")
     )
     if double := sorted((links | joints) & set(own)):
-        raise InputError(f"already has a link or joint {double[0]!r}", field="arm")
+        raise InputError(
+            f"already has a link or joint {double[0]!r}: give the gripper a prefix", field="arm"
+        )
     if parent not in links:
         raise InputError(f"must be a link of the arm, got {parent!r}", field="parent")
     return robot
