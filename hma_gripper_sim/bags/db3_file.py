@@ -61,28 +61,33 @@ class Db3File:
         address = f"{self._path.absolute().as_uri()}?immutable=1"
         with closing(sqlite3.connect(address, uri=True)) as database:
             database.text_factory = lambda text: text.decode(errors="replace")
-            wanted = {
-                number: connection
-                for number, connection in self._connections(database)
-                if connection.topic in self._topics
-            }
+            connections = dict(self._connections(database))
+            others = [n for n, known in connections.items() if known.topic not in self._topics]
             group: list[tuple[Connection, int, bytes]] = []
-            size = 0
-            marks = ", ".join("?" * len(wanted))
+            size = lost = 0
+            marks = ", ".join("?" * len(others))
             for number, logged, data in database.execute(
                 "SELECT topic_id, timestamp, data FROM messages "
-                f"WHERE topic_id IN ({marks}) ORDER BY timestamp, id",
-                [*wanted],
+                f"WHERE (topic_id IN ({marks})) IS NOT TRUE ORDER BY timestamp, id",  # nor if NULL
+                others,
             ):
+                if number not in connections:
+                    lost += 1
+                    continue
                 if not isinstance(logged, int) or not isinstance(data, bytes):
                     raise InputError("a message is no bytes with a time: the file is damaged")
-                group.append((wanted[number], logged, data))
+                group.append((connections[number], logged, data))
                 size += len(data)
                 if size > _GROUP:
                     yield Batch.of(group)
                     group, size = [], 0
             if group:
                 yield Batch.of(group)
+            if lost:
+                self._findings.lose(
+                    f"{self._name}: {lost} message{'s' if lost > 1 else ''} left out, of no topic "
+                    "that it names: the file is damaged"
+                )
 
     def _connections(self, database: sqlite3.Connection) -> Iterator[tuple[int, Connection]]:
         tables = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -80,16 +81,18 @@ def logged_parameters(path: str | Path) -> dict[str, Any]:
     return custom_data(path, PARAMETERS_KEY, dict) or {}
 
 
-def counted_messages(path: str | Path, topic: str) -> int | None:
-    """Return how many messages of a topic a log's metadata count; None if they do not say."""
+def counted_messages(path: str | Path) -> dict[str, int]:
+    """Return how many messages of each topic a log's metadata count, as far as they say."""
     topics = bag_information(path).get("topics_with_message_count")
+    counts: Counter[str] = Counter()
     for entry in topics if isinstance(topics, list) else ():
         try:
-            if absolute(entry["topic_metadata"]["name"]) == topic:
-                return int(entry["message_count"])
-        except (AttributeError, KeyError, TypeError, ValueError):
-            return None
-    return None
+            name, count = entry["topic_metadata"]["name"], entry["message_count"]
+        except (KeyError, TypeError):
+            continue
+        if isinstance(name, str) and isinstance(count, int):
+            counts[absolute(name)] += count
+    return dict(counts)
 
 
 def remarks_text(remarks: Sequence[str]) -> str:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 import shutil
 import sqlite3
-from collections.abc import Collection, Container, Iterator
+from collections import Counter
+from collections.abc import Collection, Container, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO, cast
 
+import numpy as np
+
 from hma_gripper_sim.bags import db3_file, mcap_file, ros1_bag
 from hma_gripper_sim.bags.db3_file import Db3File
 from hma_gripper_sim.bags.decompression import InflatedFile, zstd_message
-from hma_gripper_sim.bags.log_metadata import METADATA, is_blank
+from hma_gripper_sim.bags.log_metadata import METADATA, counted_messages, is_blank
 from hma_gripper_sim.bags.mcap_file import McapFile
 from hma_gripper_sim.bags.message_batches import CDR, Batch, Connection, Findings, absolute
 from hma_gripper_sim.bags.ros1_bag import BagFile
@@ -71,6 +74,7 @@ class Log:
         """
         wanted = _Everything() if topics is None else frozenset(map(absolute, topics))
         files, by_message = self._files()
+        counts: Counter[str] = Counter()
         empty = 0
         for file in files:
             with self._reporting(file):
@@ -79,9 +83,23 @@ class Log:
                     empty += 1
                     continue
                 for batch in self._file_batches(file, wanted):
+                    numbers = np.bincount(batch.which, minlength=len(batch.connections))
+                    for connection, number in zip(batch.connections, numbers.tolist(), strict=True):
+                        counts[connection.topic] += number
                     yield batch if by_message is False else _decompressed(batch, by_message)
         if empty == len(files):
             raise InputError("cannot be read: all of its files are empty", source=self.source)
+        if not self.findings.losses:
+            self._compare(counts, wanted)
+
+    def _compare(self, counts: Mapping[str, int], topics: Container[str]) -> None:
+        """Note where there are fewer messages than the metadata count."""
+        for topic, counted in counted_messages(self._path).items():
+            if topic in topics and counts.get(topic, 0) < counted:
+                self.findings.lose(
+                    f"{topic}: {METADATA} counts {counted} messages, and {counts.get(topic, 0)} "
+                    "are there: the log is damaged"
+                )
 
     def _files(self) -> tuple[list[Path], bool | None]:
         """Return the files in order, and whether their messages are compressed one by one.

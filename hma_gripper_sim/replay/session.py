@@ -141,7 +141,7 @@ def _parameters(
         given = flat(node_parameters([experiment]))
     else:
         given = logged_parameters(request.source)
-        known = "contour" in given and counted_messages(request.source, CONTOUR.name) in (None, 1)
+        known = "contour" in given and counted_messages(request.source).get(CONTOUR.name, 1) == 1
         if not known and "contour" not in request.options:
             given |= _logged_contour(request.source, request.signal_map)
     if recording is not None and "publish_rate" not in given:

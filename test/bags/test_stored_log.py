@@ -250,6 +250,53 @@ def test_database_with_something_else_in_it_is_named(
         read_recording(other)
 
 
+@pytest.mark.parametrize(("number", "count"), [(99, "1 message"), (None, "3 messages")])
+def test_messages_of_no_topic_in_a_database_are_noted(
+    number: int | None,
+    count: str,
+    entries: list[Any],
+    tmp_path: Path,
+    storages: Storages,
+) -> None:
+    """A damaged number of a topic is all that tells that a message of it is missing."""
+    path = storages["db3"](tmp_path, entries)
+    declared = ("topic_id INTEGER NOT NULL", "topic_id INTEGER")
+    for before, after in (declared, declared[::-1]):
+        with closing(sqlite3.connect(path)) as database:
+            if after == "topic_id INTEGER NOT NULL":  # that NULL can be written, but not declared
+                database.execute(
+                    "UPDATE messages SET topic_id = ? WHERE id IN (SELECT messages.id "
+                    "FROM messages JOIN topics ON topics.id = topic_id "
+                    "WHERE name = '/joint_states' ORDER BY messages.id LIMIT ?)",
+                    [number, int(count[0])],
+                )
+            database.execute("PRAGMA writable_schema = ON")
+            database.execute("UPDATE sqlite_master SET sql = replace(sql, ?, ?)", [before, after])
+            database.commit()
+    recording = read_recording(path)
+    assert recording["travel"].value.tolist() == [0.0, 0.001, 0.002, 0.003, 0.004][int(count[0]) :]
+    assert recording["actuator_force"].value.size == 5
+    note = f"bag.db3: {count} left out, of no topic that it names: the file is damaged"
+    assert note in recording.notes
+
+
+@pytest.mark.parametrize("storage", ["rosbag2 sqlite3, split", "rosbag2 mcap, split"])
+def test_messages_that_only_the_metadata_count_are_noted(
+    storage: str, entries: list[Any], tmp_path: Path, storages: Storages
+) -> None:
+    """As where the name of a topic is damaged: nothing is missing of what the file names."""
+    path = storages[storage](tmp_path, entries)
+    metadata = path / "metadata.yaml"
+    text = metadata.read_text()
+    assert text.count("message_count: 5") > 2
+    metadata.write_text(text.replace("message_count: 5", "message_count: 6"))
+    notes = read_recording(path).notes
+    assert (
+        "/joint_states: metadata.yaml counts 6 messages, and 5 are there: the log is damaged"
+        in notes
+    )
+
+
 def test_database_whose_name_has_a_meaning_in_addresses_is_read(
     entries: list[Any], tmp_path: Path, storages: Storages
 ) -> None:
