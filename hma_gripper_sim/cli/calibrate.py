@@ -12,7 +12,7 @@ from hma_gripper_sim.cli.replay import travel_tolerance_option
 
 if TYPE_CHECKING:
     from hma_gripper_sim.calibration.fitting import Calibration
-    from hma_gripper_sim.experiments.experiment import Experiment
+    from hma_gripper_sim.experiments.experiment import Experiment, ExperimentLog
 
 
 @click.command()
@@ -74,7 +74,8 @@ def calibrate(
     console, errors = Console(), Console(stderr=True)
     read = read_experiment(experiment)
     with errors.status("reading"):  # before the solver is loaded: what is wrong is said at once
-        _ = read.log and read.log.recording
+        if read.log:
+            _refuse_unknown_zero(read.log, free)
 
     from hma_gripper_sim.calibration.fitting import calibrate
     from hma_gripper_sim.calibration.free_parameters import free_parameters
@@ -115,6 +116,22 @@ def calibrate(
             source=str(experiment),
         )
     ctx.exit(0 if result.converged else 1)
+
+
+def _refuse_unknown_zero(log: ExperimentLog, free: str) -> None:
+    """Refuse a log that does not tell where its travel is 0, unless the clearance is free."""
+    from hma_gripper_sim.errors import InputError
+    from hma_gripper_sim.recordings.plausibility import has_known_zero
+
+    recording = log.recording
+    if "clearance" not in free and not has_known_zero(recording, log.signal_map):
+        raise InputError(
+            "its tare was taken in motion throughout: where it is 0, and with it the clearance, is "
+            "not known; record a log that begins at rest before the touch, give an 'offset' for "
+            "the 'tare', or free clearance as well",
+            field="travel",
+            source=recording.source,
+        )
 
 
 def _as_json(path: Path, experiment: Experiment, result: Calibration) -> dict[str, Any]:

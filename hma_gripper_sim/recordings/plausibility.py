@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from hma_gripper_sim.recordings.recording import Series
-from hma_gripper_sim.recordings.signal_map import Signal
+from hma_gripper_sim.recordings.recording import Recording, Series
+from hma_gripper_sim.recordings.signal_map import Signal, SignalMap
 
 LARGEST_PHI, SMALLEST_PHI = 1.05 * math.pi, 0.1
 """Between these [rad] is the largest angle of deflection of any gripper."""
@@ -74,6 +75,24 @@ def doubts(signals: Mapping[str, Series], entries: Sequence[Signal]) -> Iterator
     if "actuator_force" in signals:
         yield from _sign_doubts(signals["actuator_force"], travel)
         yield from _clock_doubts(signals, travel)
+
+
+def has_known_zero(recording: Recording, signal_map: SignalMap | None) -> bool:
+    """Return whether the travel's zero is a place where the gripper stood, not a mean on its way.
+
+    It is unknown if the gripper moved from each quarter of the time of its tare to the next: how
+    far it had come before the log began, nothing tells.
+    """
+    entries = [e for e in signal_map.signals if e.name == "travel"] if signal_map else []
+    if "travel" not in recording.signals or not entries:
+        return True
+    travel, tare = recording["travel"], min(entry.tare for entry in entries)
+    ends = float(travel.time[0]) + tare * np.linspace(0.0, 1.0, 5)
+    quarters = [travel.between(*pair).value for pair in pairwise(ends.tolist())]
+    if not all(quarter.size for quarter in quarters):
+        return True
+    moves = np.diff([np.median(quarter) for quarter in quarters])
+    return bool(np.abs(moves).min() <= AT_REST)
 
 
 def _angle_doubts(name: str, phi: Series) -> Iterator[str]:

@@ -10,6 +10,7 @@ from click.testing import CliRunner, Result
 
 from hma_gripper_sim.cli.main import cli
 from hma_gripper_sim.experiments.experiment_file import read_experiment
+from hma_gripper_sim.mechanics.scene import Scene
 from hma_gripper_sim.replay.course import planned
 from hma_gripper_sim.replay.simulated_log import replay
 from hma_gripper_sim.replay.simulated_settings import SimulatedSettings
@@ -109,6 +110,25 @@ def test_what_the_experiment_cannot_tell_is_refused(cup: Path, tmp_path: Path) -
     assert "Identifiability" in result.output
     assert "the experiment cannot tell friction: the standard error is comparable" in result.stderr
     assert json.loads(file.read_text())["parameters"]["friction"]["told"] is False
+
+
+def test_log_that_begins_in_motion_is_refused_before_the_search(
+    cup: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its first half second is taken as zero, in which it goes down at 4 mm/s."""
+    monkeypatch.setattr(Scene, "__init__", None)  # nothing may be simulated
+    (tmp_path / "map.yaml").write_text(
+        "travel: {topic: /joint_states, field: position, joint: slide, tare: 0.5 s}\n"
+        "actuator_force: {topic: /hma_gripper_sim/actuator_wrench, field: wrench.force.z}\n"
+    )
+    text = cup.read_text().replace(
+        "path: log", f"path: {cup.parent / 'log'}\n  signals: {tmp_path / 'map.yaml'}"
+    )
+    (tmp_path / "tared.yaml").write_text(text)
+    result = run(tmp_path / "tared.yaml", "--free", "friction")
+    assert result.exit_code == 2
+    assert "log: travel: its tare was taken in motion throughout" in result.stderr
+    assert result.stderr.count("\n") == 1
 
 
 def test_log_in_place_of_an_experiment_is_pointed_out(cup: Path) -> None:

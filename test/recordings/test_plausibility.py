@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hma_gripper_sim import GripperDesign, RoundedBox, Scene, simulate
-from hma_gripper_sim.recordings.plausibility import doubts
-from hma_gripper_sim.recordings.recording import Series
+from hma_gripper_sim.recordings.plausibility import doubts, has_known_zero
+from hma_gripper_sim.recordings.recording import Recording, Series
 from hma_gripper_sim.recordings.signal_map import SignalMap
 
 TIME = np.arange(0.0, 18.0, 0.01)
@@ -18,13 +18,14 @@ TRAVEL = np.interp(TIME, [1.0, 8.0, 10.0, 17.0], [0.0, 0.028, 0.028, 0.0])
 PRESSED = np.maximum(0.0, TRAVEL - 0.005)
 FORCE = -0.0444 + 20.0 * PRESSED
 PHI = np.radians(97.0) + 6.0 * PRESSED
-MAP = SignalMap.from_mapping(
+SIGNAL_MAP = SignalMap.from_mapping(
     {
         "travel": {"topic": "/a", "field": "a", "tare": "0.5 s"},
         "actuator_force": {"topic": "/b", "field": "b", "tare": "0.5 s"},
         "phi_left": {"topic": "/c", "field": "c"},
     }
-).signals
+)
+MAP = SIGNAL_MAP.signals
 
 
 def said(begin: float = 0.0, **changed: np.ndarray) -> list[str]:
@@ -117,3 +118,17 @@ def test_tare_in_motion_and_under_load_is_named() -> None:
         "actuator_force: its tare was taken 9.8 mm below the top of the stroke: was the gripper "
         "under load?"
     )
+
+
+@pytest.mark.parametrize(
+    ("begin", "known"),
+    [(0.0, True), (0.7, True), (1.2, False), (3.2, False), (7.6, False), (8.5, True), (12, False)],
+)
+def test_zero_of_a_travel_that_never_rested_is_unknown(begin: float, known: bool) -> None:
+    """It goes down from 1 s to 8 s, and up from 10 s on; the tare takes half a second."""
+    kept = begin <= TIME
+    noise = np.random.default_rng(2).normal(0.0, 1e-4, TIME.size)
+    for travel in (TRAVEL, TRAVEL + noise):
+        log = Recording("a log", {"travel": Series(TIME[kept], travel[kept])}, 0)
+        assert has_known_zero(log, SIGNAL_MAP) == known
+        assert has_known_zero(log, None)
