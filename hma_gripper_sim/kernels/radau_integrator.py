@@ -217,11 +217,13 @@ def _judge(
     estimate = _estimate(tolerance)
     scale = max(state.force_scale[0], abs(stages.load[2]))
     angle = angle_error(stages.z) / (ANGLE * estimate * min(1.0, scale / model.bending))
-    load = load_error(state.load[0], stages.load) / (FORCE * estimate * scale)
+    defect = load_error(state.load[0], stages.load)
+    load = defect / (FORCE * estimate * scale)
     # The mean square of the force counts, to which short steps add little.
     load *= min(1.0, np.sqrt(h * crowding(state, h) / MEMORY))
     growth = SAFETY * min(max(angle, CALM) ** -0.25, max(load, CALM) ** (-1.0 / 3.0))
-    return max(angle, load), max(SHRINK, min(GROW, growth))
+    error = max(angle, load) if defect <= scale else np.inf  # no step is too short for that
+    return error, max(SHRINK, min(GROW, growth))
 
 
 @kernel
@@ -283,7 +285,7 @@ def _take_step(
         if iterations > 0:
             error, growth = _judge(model, h, tolerance, state, stages)
             shorter = min(growth, SAFETY)
-            if landings > 0 or error <= 1.0:
+            if error <= 1.0 or (landings > 0 and error < np.inf):
                 event = _next_event(model, stretch, tolerance, state, scratch)
                 landed = event.changes_modes
                 if event.share == np.inf:
