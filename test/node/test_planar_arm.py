@@ -52,18 +52,21 @@ def read(folder):
 
 def test_an_arm_presses_with_a_force_and_lifts(start_node, connect, arm):
     client = connect(start_node())
-    process = arm()
-    client.wait(lambda: process.poll() is not None, patience=patience(30.0))
-    assert process.returncode == 0
 
     def travels():
         return [m.position[0] for m in client.joints if "slide" in m.name]
 
-    client.wait(lambda: max(travels()) > 0.004 and abs(travels()[-1]) < 2e-4)  # what is on its way
-    shoulder = [m for m in client.joints if "shoulder" in m.name]
+    for _ in range(3):  # an arm may be done before the client has found it
+        process = arm()
+        client.wait(lambda process=process: process.poll() is not None, patience=patience(30.0))
+        assert process.returncode == 0
+        client.wait(lambda: max(travels()) > 0.004 and abs(travels()[-1]) < 2e-4)  # on its way
+        shoulder = [m for m in client.joints if "shoulder" in m.name]
+        if shoulder:
+            break
     force = np.array([m.wrench.force.z for m in client.wrenches])
     travel = np.array(travels())
-    assert shoulder  # on the same topic, heard once both have found each other
+    assert shoulder  # on the same topic
     assert force.max() >= FORCE
     assert travel.max() > 0.004  # the box's clearance
     assert abs(travel[-1]) < 2e-4  # back at the top, where the arm is
