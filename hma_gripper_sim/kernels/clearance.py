@@ -103,13 +103,13 @@ def part_gaps(
             # Its end lies inside the flank's contour, which the contact model does cover.
             keep = 1.0 - JOINED / np.sqrt((bx - ax) ** 2 + (bz - az) ** 2)
             bx, bz = ax + keep * (bx - ax), az + keep * (bz - az)
-        distance, _, _, along, _, _, _, _, _ = segment_distance(obstacle, ax, az, bx, bz)
-        gap = distance - obstacle.radius - segments.radius[k]
+        at = segment_distance(obstacle, ax, az, bx, bz)
+        gap = at.distance - obstacle.radius - segments.radius[k]
         part = segments.part[k]
         if gap < gaps[part]:
             gaps[part] = gap
-            places[part, 0] = ax + along * (bx - ax)
-            places[part, 1] = az + along * (bz - az)
+            places[part, 0] = ax + at.along * (bx - ax)
+            places[part, 1] = az + at.along * (bz - az)
 
 
 @kernel
@@ -156,12 +156,10 @@ def _measure(
     centre[0] = 0.5 * (vertices[0, 0] + vertices[1, 0])
     centre[1] = 0.5 * (vertices[0, 1] + vertices[1, 1])
     flank = workspace.placed[last]
-    distance, _, _, along, _, _, _, _, _ = segment_distance(
-        workspace.other, flank[0], flank[1], flank[2], flank[3]
-    )
-    workspace.gaps[OTHER_TIP] = distance - 2.0 * workspace.other.radius
-    workspace.places[OTHER_TIP, 0] = flank[0] + along * (flank[2] - flank[0])
-    workspace.places[OTHER_TIP, 1] = flank[1] + along * (flank[3] - flank[1])
+    at = segment_distance(workspace.other, flank[0], flank[1], flank[2], flank[3])
+    workspace.gaps[OTHER_TIP] = at.distance - 2.0 * workspace.other.radius
+    workspace.places[OTHER_TIP, 0] = flank[0] + at.along * (flank[2] - flank[0])
+    workspace.places[OTHER_TIP, 1] = flank[1] + at.along * (flank[3] - flank[1])
 
 
 @kernel

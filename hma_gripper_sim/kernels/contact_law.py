@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.proximity import Obstacle
-from hma_gripper_sim.kernels.touch import Fingertip, nearest_point, tip_normal
+from hma_gripper_sim.kernels.touch import Fingertip, nearest_point, push_direction
 
 Array = NDArray[np.float64]
 Modes = NDArray[np.int64]
@@ -95,9 +95,7 @@ def closing_margin(
     """How far the open contact `k` is from closing [m]; negative: it overlaps and would push."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     at = nearest_point(fingertip, obstacle, pose[0], pose[1], cos, sin, k)
-    ex, ez = at.nx, at.nz
-    if fingertip.along_tip_normal:
-        ex, ez = tip_normal(fingertip, cos, sin, k)
+    ex, ez = push_direction(fingertip, at, cos, sin, k)
     approach = ex * (twist[0] - twist[2] * at.lz) + ez * (twist[1] + twist[2] * at.lx)
     return float(max(at.gap, at.gap + law.damping / law.stiffness * approach))
 

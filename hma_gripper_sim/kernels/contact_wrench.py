@@ -27,7 +27,7 @@ from hma_gripper_sim.kernels.contact_law import (
     normal_mode,
 )
 from hma_gripper_sim.kernels.proximity import Obstacle, is_outside, pressure_centre
-from hma_gripper_sim.kernels.touch import Fingertip, Nearest, nearest_point, tip_normal
+from hma_gripper_sim.kernels.touch import Fingertip, Nearest, nearest_point, push_direction
 
 Array = NDArray[np.float64]
 
@@ -355,9 +355,7 @@ def evaluate_contacts(
         at = nearest_point(fingertip, obstacle, workspace.pose[0], workspace.pose[1], cos, sin, k)
         if at.gap > 0.0 and mode == OPEN:
             continue
-        ex, ez = at.nx, at.nz
-        if fingertip.along_tip_normal:
-            ex, ez = tip_normal(fingertip, cos, sin, k)
+        ex, ez = push_direction(fingertip, at, cos, sin, k)
         approach = ex * (vx - omega * at.lz) + ez * (vz + omega * at.lx)
         push = -law.stiffness * at.gap - law.damping * approach
         workspace.wanted.normal[k] = normal_mode(law, mode, at.gap, push, approach)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hma_gripper_sim.kernels.compiled import kernel
+from hma_gripper_sim.kernels.hermite import interpolate
 from hma_gripper_sim.kernels.radau import powers
 
 Array = NDArray[np.float64]
@@ -62,10 +63,4 @@ def hermite(at: Array, time: Array, rows: Array, rates: Array, out: Array) -> No
             continue
         h = time[row + 1] - time[row]
         share = (at[i] - time[row]) / h
-        rise = share * share * (3.0 - 2.0 * share)
-        early = h * share * (1.0 - share) * (1.0 - share)
-        late = h * share * share * (share - 1.0)
-        for j in range(rows.shape[1]):
-            first, last = rows[row, j], rows[row + 1, j]
-            out[i, j] = first + rise * (last - first)
-            out[i, j] += early * rates[row, j] + late * rates[row + 1, j]
+        interpolate(h, share, rows[row], rates[row], rows[row + 1], rates[row + 1], out[i])

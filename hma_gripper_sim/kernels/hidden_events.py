@@ -24,6 +24,7 @@ from hma_gripper_sim.kernels.base_motion import (
 from hma_gripper_sim.kernels.chain import Chain
 from hma_gripper_sim.kernels.compiled import kernel
 from hma_gripper_sim.kernels.contact_law import OPEN, ContactModes
+from hma_gripper_sim.kernels.hermite import interpolate
 from hma_gripper_sim.kernels.kinematics import place_tip
 from hma_gripper_sim.kernels.proximity import support
 from hma_gripper_sim.kernels.stage import Model
@@ -165,16 +166,6 @@ def _is_open(before: ContactModes, inside: ContactModes, after: ContactModes, k:
 
 
 @kernel
-def _interpolate(passage: Passage, h: float, share: float, q: Array) -> None:
-    """Joint angles at a `share` of the step, by the Hermite polynomials."""
-    q0, v0, q1, v1 = passage.q0, passage.v0, passage.q1, passage.v1
-    rise = share * share * (3.0 - 2.0 * share)
-    early, late = share * (1.0 - share) * (1.0 - share), share * share * (share - 1.0)
-    for i in range(q0.size):
-        q[i] = q0[i] + rise * (q1[i] - q0[i]) + h * (early * v0[i] + late * v1[i])
-
-
-@kernel
 def _longest_way(start: Placed, end: Placed) -> float:
     """Largest distance between the places of a point of the tip [m]."""
     way = 0.0
@@ -240,7 +231,7 @@ def first_hidden_touch(
         workspace.floor[k] = min(0.0, workspace.start.gap[k], workspace.end.gap[k]) - depth
     while a < h:
         b = a + d if a + 1.01 * d < h else h
-        _interpolate(passage, h, b / h, workspace.q)
+        interpolate(h, b / h, passage.q0, passage.v0, passage.q1, passage.v1, workspace.q)
         base_motion(stretch.motion, stretch.segment, stretch.t + b, workspace.base)
         _place(model, workspace.base[0], workspace.q, workspace.end)
         sag = 0.125 * bound * (b - a) * (b - a)

@@ -183,6 +183,15 @@ def stage_power(model: Model, s: float, v: Array, workspace: Workspace, power: A
 
 
 @kernel
+def are_finite(values: Array) -> bool:
+    """Whether all values, shape (n,), are finite."""
+    finite = True
+    for i in range(values.size):
+        finite &= np.isfinite(values[i])
+    return finite
+
+
+@kernel
 def integrate(
     model: Model,
     motion: Motion,
@@ -195,7 +204,6 @@ def integrate(
 
     Returns DONE, STUCK or NOT_FINITE.  On a failure `state` is the last accepted one.
     """
-    n = state.q.size
     end = motion.time[-1]
     segments = motion.jump.size
     segment, jump = 0, 0
@@ -237,9 +245,8 @@ def integrate(
                 h, landed = LANDING * event, True
             else:
                 h, landed = shorter, False
-        for i in range(n):
-            if not np.isfinite(scratch.q[i]):
-                return NOT_FINITE
+        if not are_finite(scratch.q):
+            return NOT_FINITE
         state.time[0] = stop if h == stop - t else t + h
         growth = min(GROW, SAFETY / np.sqrt(max(error, 1e-12)))
         if landed:

@@ -35,6 +35,7 @@ from hma_gripper_sim.kernels.integrator import (
     NOT_FINITE,
     STUCK,
     HalfState,
+    are_finite,
     crowding,
 )
 from hma_gripper_sim.kernels.mode_search import find_modes
@@ -339,15 +340,6 @@ def _is_due(margin: Array) -> bool:
 
 
 @kernel
-def _are_finite(values: Array) -> bool:
-    """Whether all values, shape (n,), are finite."""
-    finite = True
-    for i in range(values.size):
-        finite &= np.isfinite(values[i])
-    return finite
-
-
-@kernel
 def _leave_margins(margin: Array, state: HalfState) -> None:
     """Leave the margins for a tick that goes on from here: it knows no rates of change."""
     for k in range(margin.shape[0]):
@@ -441,7 +433,7 @@ def integrate_radau(
             if h < SMALLEST_STEP and h < stop - t:  # the modes cannot be held any longer
                 fresh, euler = True, min(2.0 * euler, longest)
                 continue
-            if not _are_finite(stages.q[2]):
+            if not are_finite(stages.q[2]):
                 return NOT_FINITE, filled
             _accept(model, Stretch(motion, segment, t, h), state, scratch)
             state.time[0] = stop if h == stop - t else t + h

@@ -86,8 +86,15 @@ def nearest_point(
 
 
 @kernel
-def tip_normal(fingertip: Fingertip, cos: float, sin: float, k: int) -> tuple[float, float]:
-    """Direction in which a sampled point `k` pushes: against its own outward normal."""
+def push_direction(
+    fingertip: Fingertip, at: Nearest, cos: float, sin: float, k: int
+) -> tuple[float, float]:
+    """Direction in which the object pushes contact candidate `k`, which is closest `at` a point.
+
+    Away from the object, or against the own outward normal of a sampled point.
+    """
+    if not fingertip.along_tip_normal:
+        return at.nx, at.nz
     normals = fingertip.normals
     ex = sin * normals[k, 1] - cos * normals[k, 0]
     ez = -sin * normals[k, 0] - cos * normals[k, 1]

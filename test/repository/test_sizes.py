@@ -28,7 +28,6 @@ EXCEPTIONS = {
     "hma_gripper_sim/kernels/chain.py:place": SWEEP,
     "hma_gripper_sim/kernels/drive_profile.py:_tick_that_took()": BUFFERS,
     "hma_gripper_sim/kernels/drive_profile.py:settle_commands()": BUFFERS,
-    "hma_gripper_sim/kernels/integrator.py:integrate": SWEEP,
     "hma_gripper_sim/kernels/proximity.py:segment_distance": CASES,
     "hma_gripper_sim/kernels/radau.py": ONE_STORY,
     "hma_gripper_sim/kernels/radau.py:radau_step": SWEEP,
